@@ -21,10 +21,10 @@ print("\n".join(sweep.warnings))
 
 # %%
 # Specific air is all air, control air counted, over brake work. It is undefined where the engine does not give any
-# work. The points of the uncorrected EPV above 150 kg/kWh are not drawn.
+# work. The points of the EPV with fixed timing above 150 kg/kWh are not drawn.
 
 figure, (top, bottom) = plt.subplots(2, sharex=True, figsize=(5.8, 6.0), layout="constrained")
-names = {"ideal": "ideal valve", "cam": "cam", "epv corrected": "EPV, corrected", "epv": "EPV, uncorrected"}
+names = {"ideal": "ideal valve", "cam": "cam", "epv corrected": "EPV, corrected", "epv": "EPV, fixed"}
 for actuation, label in names.items():
     points = sweep.dataset.sel(actuation=actuation)
     top.plot(points["speed_rpm"], points["brake_torque"], marker="o", ms=4, label=label)
@@ -41,7 +41,7 @@ table = sweep.dataset[["brake_torque", "specific_air_kg_per_kWh", "peak_lift"]].
 print(table.to_dataframe().round(4))
 
 # %%
-# At low speed the uncorrected EPV closes late. So it gives more torque than all others, but it takes more air for it.
+# At low speed the EPV with fixed timing closes late. So it gives more torque than all others, but takes more air for it.
 # At high speed it opens so late that the torque is lost. With corrected commands, the torque is above that of the cam
 # at low speed and below it at high speed, where the valve turns back before its open stop (``peak_lift`` in the
 # table). A part of the difference at low speed is the cam's own: it begins to lift at the angle at which the other

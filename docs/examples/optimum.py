@@ -20,7 +20,7 @@ print(best)
 # %%
 # The machine's own commands, and both ends of the front:
 
-names = {"uncorrected": "own commands", "least_air": "least specific air", "most_torque": "most torque"}
+names = {"fixed": "own commands", "least_air": "least specific air", "most_torque": "most torque"}
 for kind, name in names.items():
     energise, release, torque, air = (
         best.traces[f"{kind}_{quantity}"][0]

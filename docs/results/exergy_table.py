@@ -12,7 +12,7 @@ HEADS = {
     "mixing": "mixing",
     "control_air": "control air",
 }
-CASES = {"uncorrected": "EPV, uncorrected", "corrected": "EPV, corrected", "cam": "cam", "ideal": "ideal valve"}
+CASES = {"fixed": "EPV, fixed", "corrected": "EPV, corrected", "cam": "cam", "ideal": "ideal valve"}
 
 
 def compute():

@@ -3,8 +3,8 @@
 import apesim
 from docs.results import Number, Table
 
-NAMES = {"epv": "uncorrected", "epv corrected": "corrected", "cam": "cam", "ideal": "ideal"}
-SHOWN = {"ideal": "ideal valve", "cam": "cam", "corrected": "EPV, corrected", "uncorrected": "EPV, uncorrected"}
+NAMES = {"epv": "fixed", "epv corrected": "corrected", "cam": "cam", "ideal": "ideal"}
+SHOWN = {"ideal": "ideal valve", "cam": "cam", "corrected": "EPV, corrected", "fixed": "EPV, fixed"}
 TERMS = {
     "exhaust_valve": "exhaust_valve",
     "groove": "groove",
@@ -24,7 +24,7 @@ def compute():
         runs = {NAMES[row["actuation"]]: row for _, row in sweep.to_pandas().iterrows()}
         for name, row in runs.items():
             values |= _of_run(prefix + name, row)
-        values |= _exergy(prefix, runs["uncorrected"], runs["corrected"])
+        values |= _exergy(prefix, runs["fixed"], runs["corrected"])
     return values | {"table": _table(values)}
 
 
@@ -42,7 +42,7 @@ def _of_run(name, row):
 
 def _exergy(prefix, late, corrected):
     values = {}
-    for name, row in (("uncorrected", late), ("corrected", corrected)):
+    for name, row in (("fixed", late), ("corrected", corrected)):
         brought = row["exergy_engine_air"] + row["exergy_control_air"]
         values |= {
             f"{prefix}{name}.exergy_in": Number(brought, "J", error=0.5),

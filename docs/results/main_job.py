@@ -10,7 +10,7 @@ from docs.results._figures import FOLDER
 from docs.results._terminal import run
 
 LONG = True
-NAMES = {"epv": "uncorrected", "epv corrected": "corrected", "cam": "cam", "ideal": "ideal"}
+NAMES = {"epv": "fixed", "epv corrected": "corrected", "cam": "cam", "ideal": "ideal"}
 SHOWN = ("torque_and_air", "indicator_diagrams", "cycle_traces")
 
 
@@ -43,7 +43,7 @@ def _findings(runs):
             f"{name}.efficiency_1000": Number(1e2 * efficiency[1000.0], "%", error=0.5),
         }
     torque = {name: rows["brake_torque"] for name, rows in over_speed.items()}
-    late_wins = torque["uncorrected"] > torque["ideal"]
+    late_wins = torque["fixed"] > torque["ideal"]
     lift = over_speed["corrected"]["peak_lift"]
     partly = lift < lift.max() * (1.0 - 1e-6)
     return values | {

@@ -9,7 +9,7 @@ from docs.results._figures import keep
 
 LONG = True
 NAMES = {
-    "uncorrected": "uncorrected",
+    "fixed": "fixed",
     "least_air": "for least specific air",
     "front": "at the ideal valve's torque, on the front",
     "most_torque": "for most torque",
@@ -32,7 +32,7 @@ def compute():
         "ideal_torque": Number(ideal, "N·m", error=0.005),
         "least_air_1800": Number(points[1800]["least_air"]["brake_torque_Nm"], "N·m", error=0.05),
         "most_torque_1800": Number(points[1800]["most_torque"]["brake_torque_Nm"], "N·m", error=0.05),
-        "uncorrected_1800": Number(points[1800]["uncorrected"]["brake_torque_Nm"], "N·m", error=0.05),
+        "fixed_1800": Number(points[1800]["fixed"]["brake_torque_Nm"], "N·m", error=0.05),
         "front": Number(len(points[1000]["front"])),
         "sketches": Number(points[1000]["sketches"], error=20.0),
         "runs": Number(points[1000]["runs"], error=20.0),

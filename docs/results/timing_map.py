@@ -74,14 +74,14 @@ def _shortcut(machine, own):
 
 
 def _commands(own):
-    heads = ["speed [r/min]", "energise [°]", "release [°]", "brake torque [N·m]", "uncorrected [N·m]"]
-    heads += ["air over brake work [kg/kWh]", "uncorrected [kg/kWh]"]
+    heads = ["speed [r/min]", "energise [°]", "release [°]", "brake torque [N·m]", "with fixed timing [N·m]"]
+    heads += ["air over brake work [kg/kWh]", "with fixed timing [kg/kWh]"]
     rows = []
     for point in own[::2]:
         row = [f"{point['speed_rpm']:g}"]
         row += [Number(point[f"{edge}_deg"], "°", error=0.05) for edge in ("energise", "release")]
-        row += [Number(point[f"{name}brake_torque_Nm"], "N·m", error=0.05) for name in ("", "uncorrected_")]
-        airs = [point[f"{name}specific_air_kg_per_kWh"] for name in ("", "uncorrected_")]
+        row += [Number(point[f"{name}brake_torque_Nm"], "N·m", error=0.05) for name in ("", "fixed_")]
+        airs = [point[f"{name}specific_air_kg_per_kWh"] for name in ("", "fixed_")]
         row += ["–" if air is None else Number(air, "kg/kWh", error=0.05) for air in airs]
         rows.append(row)
     return Table(heads, rows)

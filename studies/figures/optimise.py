@@ -25,7 +25,7 @@ from apesim.studies.figures.drawing.panels import (
 from apesim.studies.figures.drawing.style import colours_of
 
 LOOKS = {
-    "uncorrected": ("0.55", "uncorrected"),
+    "fixed": ("0.55", "fixed"),
     "most_torque": ("#c0392b", "for most torque"),
     "least_air": ("#2166ac", "for least specific air"),
 }
@@ -136,13 +136,13 @@ def draw_over_speed(axis: Axes, archive: Archive, column: str) -> Axes:
     --------
     >>> from apesim.archive.columns import column
     >>> from apesim.studies.figures.drawing.panels import open_one
-    >>> values = {"speed_rpm": [600.0, 900.0], "uncorrected_energise_deg": [-20.0, -20.0]}
-    >>> values["uncorrected_brake_torque_Nm"] = [20.0, 15.0]
+    >>> values = {"speed_rpm": [600.0, 900.0], "fixed_energise_deg": [-20.0, -20.0]}
+    >>> values["fixed_brake_torque_Nm"] = [20.0, 15.0]
     >>> archive = Archive("", {}, {name: column(numbers, "1", name) for name, numbers in values.items()})
     >>> _, axis = open_one()
     >>> axis = draw_over_speed(axis, archive, "brake_torque_Nm")
     >>> axis.lines[0].get_label(), axis.lines[0].get_ydata().tolist()
-    ('uncorrected', [20.0, 15.0])
+    ('fixed', [20.0, 15.0])
     """
     v = columns_of(archive)
     for kind in _kinds(v):
@@ -166,9 +166,9 @@ def _draw_fronts(axis: Axes, archive: Archive) -> Axes:
     for run, (speed, colour) in enumerate(zip(v["speed_rpm"], colours_of(len(v["speed_rpm"]), 0.9), strict=True)):
         x, y = v["front_brake_torque_Nm"][run], v["front_specific_air_kg_per_kWh"][run]
         axis.plot(x, y, color=colour, marker="o", ms=2.5, label=f"{speed:g}")
-        own = v["uncorrected_brake_torque_Nm"][run], v["uncorrected_specific_air_kg_per_kWh"][run]
+        own = v["fixed_brake_torque_Nm"][run], v["fixed_specific_air_kg_per_kWh"][run]
         axis.plot(*own, color=colour, marker="x", ms=7, mew=1.6, lw=0, zorder=3)
-    add_legend_entry(axis, "uncorrected", color="0.3", marker="x", ms=7, mew=1.6, lw=0)
+    add_legend_entry(axis, "fixed", color="0.3", marker="x", ms=7, mew=1.6, lw=0)
     title = "Pareto fronts of torque and all air over brake work"
     label_axes(axis, x=("brake torque", "N m"), y=("specific air", "kg/kWh"), title=title)
     axis.set_xlim(left=0.0)

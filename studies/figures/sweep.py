@@ -28,7 +28,7 @@ from apesim.studies.sweep.results import has_incomplete_stroke
 
 COLOURS = {"epv": RED, "epv corrected": "#1b9e77", "cam": BLUE, "ideal": "#3a3a3a"}
 """Colour of each actuation."""
-NAMES = {"epv": "EPV, uncorrected", "epv corrected": "EPV, corrected", "cam": "cam", "ideal": "ideal valve"}
+NAMES = {"epv": "EPV, fixed", "epv corrected": "EPV, corrected", "cam": "cam", "ideal": "ideal valve"}
 """Name of each actuation in legends."""
 MARKERS = {"epv": "o", "epv corrected": "s", "cam": "^", "ideal": "D"}
 """Marker of each actuation."""

@@ -146,7 +146,7 @@ def _plot_won_back(timing_map: TimingMap, ambient_pressure: float) -> Figure:
     _draw_won_back(left, timing_map, ambient_pressure, column="brake_torque_Nm")
     _draw_won_back(right, timing_map, ambient_pressure, column="specific_air_kg_per_kWh")
     draw_zero(left)
-    add_legend_entry(left, "uncorrected", lw=1, ls="--")
+    add_legend_entry(left, "fixed", lw=1, ls="--")
     label_axes(left, y=("brake torque", "N m"), title=f"Torque, {temperature}")
     left.legend()
     label_axes(right, y=("specific air", "kg/kWh"), title="All air, control air counted, over brake work")
@@ -161,7 +161,7 @@ def _draw_won_back(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *
     speed = v["speed_rpm"][:, 0, k]
     for j, colour, label in _pressures(axes, ambient_pressure):
         axis.plot(speed, v[column][:, j, k], color=colour, marker="o", ms=3, label=label)
-        axis.plot(speed, v[f"uncorrected_{column}"][:, j, k], color=colour, lw=1, ls="--")
+        axis.plot(speed, v[f"fixed_{column}"][:, j, k], color=colour, lw=1, ls="--")
     label_axes(axis, x=SPEED)
     return axis
 

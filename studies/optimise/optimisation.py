@@ -171,7 +171,7 @@ def optimise_commands(
     --------
     >>> import apesim
     >>> best = apesim.optimise_commands(apesim.Machine(), goal="torque", speed="900 rpm")
-    >>> bool(best.traces["most_torque_brake_torque"][0] > best.traces["uncorrected_brake_torque"][0])
+    >>> bool(best.traces["most_torque_brake_torque"][0] > best.traces["fixed_brake_torque"][0])
     True
     """
     call = call_text(optimise_commands, locals()) if call is None else call

@@ -27,7 +27,7 @@ class Optimum(NamedTuple):
 
     speed: float
     """Speed of the crankshaft [rad/s]."""
-    uncorrected: Point | None
+    fixed: Point | None
     """Point with the machine's own commands; None where the search failed."""
     best: dict[Goal, Point | None]
     """The best `Point` of each goal; None where no commands give brake work."""
@@ -67,7 +67,7 @@ def optimise(
     Examples
     --------
     >>> optimum = optimise(Machine(), 94.0, [Goal.TORQUE])
-    >>> before, after = (point.values["brake_torque_Nm"] for point in (optimum.uncorrected, optimum.best[Goal.TORQUE]))
+    >>> before, after = (point.values["brake_torque_Nm"] for point in (optimum.fixed, optimum.best[Goal.TORQUE]))
     >>> round(before), round(after)
     (37, 60)
     """

@@ -27,7 +27,7 @@ def point_json(optimum: Optimum) -> dict[str, Any]:
     Returns
     -------
     dict
-        Speed, the machine's own commands under ``uncorrected``, each goal by its name, and the points of the ``front``.
+        Speed, the machine's own commands under ``fixed``, each goal by its name, and the points of the ``front``.
 
     Examples
     --------
@@ -42,7 +42,7 @@ def point_json(optimum: Optimum) -> dict[str, Any]:
     def stated(point: Point | None, **more: Any) -> dict[str, Any] | None:
         return row_of(point) | {"full_lift": point.full_lift} | more if point else None
 
-    data: dict[str, Any] = {"speed_rpm": speed_rpm(optimum), "uncorrected": stated(optimum.uncorrected)}
+    data: dict[str, Any] = {"speed_rpm": speed_rpm(optimum), "fixed": stated(optimum.fixed)}
     for goal, point in optimum.best.items():
         bounds = {name: BOUNDS[code] for name, code in bounds_of(point).items() if code}
         data[NAMES[goal]] = stated(point, bounds=bounds)
@@ -79,7 +79,7 @@ def optimum_table(optima: Sequence[Optimum], ambient_pressure: float) -> Table:
 
 def _rows(optimum: Optimum, ambient_pressure: float) -> Iterator[tuple[str, ...]]:
     """A row for the machine's own commands and one for each goal."""
-    points = {"uncorrected": optimum.uncorrected} | {NAMES[goal]: point for goal, point in optimum.best.items()}
+    points = {"fixed": optimum.fixed} | {NAMES[goal]: point for goal, point in optimum.best.items()}
     for name, point in points.items():
         row = row_of(point)
         yield (

@@ -174,7 +174,7 @@ def archive_of(
         "speed_rpm": column(
             np.array([speed_rpm(optimum) for optimum in optima]), *INDICATORS["speed_rpm"], coordinate=True
         ),
-        **_columns("uncorrected", [optimum.uncorrected for optimum in optima]),
+        **_columns("fixed", [optimum.fixed for optimum in optima]),
     }
     for goal in goals:
         points = [optimum.best[goal] for optimum in optima]

@@ -51,10 +51,10 @@ COLUMNS = {
     "full_lift": ("1", "whether the piston meets its open stop"),
     "brake_torque_Nm": ("N m", "mean brake torque"),
     "specific_air_kg_per_kWh": ("kg/kWh", "all air over brake work"),
-    "uncorrected_valve_open_deg": ("deg", "opening with the machine's own commands"),
-    "uncorrected_valve_close_deg": ("deg", "closing with the machine's own commands"),
-    "uncorrected_brake_torque_Nm": ("N m", "brake torque with the machine's own commands"),
-    "uncorrected_specific_air_kg_per_kWh": ("kg/kWh", "all air over brake work with the machine's own commands"),
+    "fixed_valve_open_deg": ("deg", "opening with the machine's own commands"),
+    "fixed_valve_close_deg": ("deg", "closing with the machine's own commands"),
+    "fixed_brake_torque_Nm": ("N m", "brake torque with the machine's own commands"),
+    "fixed_specific_air_kg_per_kWh": ("kg/kWh", "all air over brake work with the machine's own commands"),
     "shortcut_energise_deg": ("deg", "command angle from the delay of the bench, from rest"),
     "shortcut_release_deg": ("deg", "command angle from the delay of the bench, from rest"),
     "shortcut_open_error_deg": ("deg", "true less target opening with the commands from the bench"),
@@ -157,11 +157,11 @@ def _won_back(machine: Machine, timing: Timing, speed: float) -> dict[str, float
     plain = run_steady(machine, speed)
     own = indicators(machine, plain) if plain.status == Status.DONE and plain.orbit.converged else {}
     new = indicators(timing.machine, timing.run) if timing.run else {}
-    row = {f"uncorrected_{name}": own.get(name, nan) for name in ("valve_open_deg", "valve_close_deg")}
+    row = {f"fixed_{name}": own.get(name, nan) for name in ("valve_open_deg", "valve_close_deg")}
     row |= {name: new.get(name, nan) for name in ("valve_open_deg", "valve_close_deg", "peak_lift_m")}
     row["full_lift"] = int(not np.isnan(new.get("full_open_deg", nan)))
     for name in ("brake_torque_Nm", "specific_air_kg_per_kWh"):
-        row |= {name: new.get(name, nan), f"uncorrected_{name}": own.get(name, nan)}
+        row |= {name: new.get(name, nan), f"fixed_{name}": own.get(name, nan)}
     return row
 
 

@@ -1,8 +1,9 @@
-"""Summary of corrected commands on the console: a table, and the laws of their delays in words."""
+"""Summary of corrected commands on the console: what is reached in words, tables, and the laws of their delays."""
 
 from collections.abc import Sequence
 from math import isnan
 
+import numpy as np
 from rich.table import Table
 
 from apesim.engine.angles import DEGREE
@@ -14,81 +15,160 @@ from apesim.studies.timing.solve import Reason
 
 FAR_OFF = 1.0 * DEGREE
 """Largest error of a law over all speeds that is shown; with a larger one, the law of each speed is shown [rad]."""
+MAX_SUPPLIES = 9
+"""Supplies that have a column each in the tables of commands: more would not fit a terminal."""
 SHOWN = (
-    ("speed_rpm", 1.0, 0, "speed\n[r/min]"),
-    ("supply_pressure", 1e-6, 2, "supply\n[MPa gauge]"),
-    ("supply_temperature", 1.0, 0, "\n[K]"),
-    ("advance_deg", 1.0, 2, "advance\n[deg]"),
-    ("release_advance_deg", 1.0, 2, "release\n[deg]"),
-    ("peak_lift_m", 1e3, 2, "lift\n[mm]"),
-    ("brake_torque_Nm", 1.0, 2, "torque\n[N m]"),
-    ("uncorrected_brake_torque_Nm", 1.0, 2, "torque\nbefore\n[N m]"),
-    ("specific_air_kg_per_kWh", 1.0, 1, "air\n[kg/kWh]"),
-    ("uncorrected_specific_air_kg_per_kWh", 1.0, 1, "air\nbefore\n[kg/kWh]"),
-    ("shortcut_open_error_deg", 1.0, 2, "opens\n[deg]"),
-    ("shortcut_close_error_deg", 1.0, 2, "closes\n[deg]"),
+    ("speed_rpm", "speed\n[r/min]", ".0f"),
+    ("energise_deg", "energise at\n[deg]", ".1f"),
+    ("release_deg", "release at\n[deg]", ".1f"),
+    ("brake_torque_Nm", "torque\n[N m]", ".1f"),
+    ("fixed_brake_torque_Nm", "torque, fixed\n[N m]", ".1f"),
+    ("specific_air_kg_per_kWh", "air\n[kg/kWh]", ".1f"),
+    ("fixed_specific_air_kg_per_kWh", "air, fixed\n[kg/kWh]", ".1f"),
 )
-LEGEND = (
-    f"advance of energising and of release; peak lift ({INCOMPLETE_MARK}: the piston turns back before its open stop); "
-    "brake torque, and all air over brake work, corrected and before; "
-    "how late the valve opens and closes if the delays of the bench are subtracted"
-)
+"""Columns of the table at one supply, before the one in words: name in the archive, name with unit, format."""
 
 
-def timing_table(timing_map: TimingMap, ambient_pressure: float) -> Table:
-    """Lay out the table that the console shows of corrected commands, a row for each point.
+def timing_tables(timing_map: TimingMap, supply: tuple[float, float], ambient_pressure: float) -> list[Table | str]:
+    """Lay out what the console shows of corrected commands: a row for each speed.
 
     Parameters
     ----------
     timing_map : TimingMap
         Corrected commands over speed, pressure and temperature.
+    supply : tuple of float
+        Pressure [Pa abs], that of the map's axis, and temperature [K] of the machine's own supply: the nearest of the
+        map is shown in full.
     ambient_pressure : float
         Pressure of the ambience, above which the supply is shown [Pa abs].
 
     Returns
     -------
-    rich.table.Table
-        Advances, lift, torque and specific air, before and after the correction.
+    list of rich.table.Table or str
+        What is reached, in a sentence; commands, torque and air at that supply, beside those with the machine's own
+        commands; where there are other supplies, the commands at all of them.
 
     Examples
     --------
-    >>> import numpy as np
     >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.timing.grid import map_timing
     >>> from apesim.studies.operating_conditions import Supplies
     >>> timing_map = map_timing(Supplies([1.1e6], [287.0], Machine()), [94.0], jobs=1)
-    >>> table = timing_table(timing_map, ambient_pressure=101325.0)
+    >>> sentence, table = timing_tables(timing_map, (1.1e6, 287.0), ambient_pressure=101325.0)
+    >>> sentence
+    'The targets are reached at all 1 points; at 0 of them the piston turns back before its open stop.'
     >>> str(table.title), table.row_count
-    ('Commands that open the valve at -5 deg and close it at 70 deg', 1)
+    ('Commands that open the valve at -5 deg and close it at 70 deg; supply 1 MPa gauge, 287 K', 1)
     """
-    opening, closing = timing_map.command.open_target / DEGREE, timing_map.command.close_target / DEGREE
-    title = f"Commands that open the valve at {opening:g} deg and close it at {closing:g} deg"
+    axes, command = timing_map.axes, timing_map.command
+    names = [_supply_text(p - ambient_pressure, t) for p in axes.pressures for t in axes.temperatures]
+    values = {
+        name: variable.values.reshape(len(axes.speeds), len(names))
+        for name, variable in timing_map.archive.variables.items()
+    }
+    own = _nearest(axes.pressures, supply[0]) * len(axes.temperatures) + _nearest(axes.temperatures, supply[1])
+    targets = (
+        f"open the valve at {command.open_target / DEGREE:g} deg and close it at {command.close_target / DEGREE:g} deg"
+    )
+    header = [*(name for _, name, _ in SHOWN), "the valve"]
     source = timing_map.pressure_axis.removesuffix("_pressure")
-    header = [*(name.replace("supply", source) for *_, name in SHOWN), "out of reach"]
-    return table_of(title, header, _rows(timing_map, ambient_pressure), left=(len(SHOWN),))
+    title = f"Commands that {targets}; {source} {names[own].replace(chr(10), ', ')}"
+    shown: list[Table | str] = [_reached(values), table_of(title, header, _rows(values, own), left=(len(SHOWN),))]
+    if 1 < len(names) <= MAX_SUPPLIES:
+        for edge, what in (("energise", "open the valve at"), ("release", "close it at")):
+            target = command.open_target if edge == "energise" else command.close_target
+            title = f"{edge.capitalize()} at [deg], to {what} {target / DEGREE:g} deg"
+            shown.append(table_of(title, ["speed\n[r/min]", *names], _commands(values, edge), left=()))
+        shown.append(f"{INCOMPLETE_MARK} the piston turns back before its open stop; - out of reach")
+    elif len(names) > 1:
+        shown.append(f"{len(names) - 1} other supplies: see the files")
+    return shown
 
 
-def _rows(timing_map: TimingMap, ambient_pressure: float) -> list[list[str]]:
-    archive = timing_map.archive
-    v = {name: variable.values for name, variable in archive.variables.items()}
-    v["supply_pressure"] = v[timing_map.pressure_axis] - ambient_pressure
-    marked = (v["full_lift"] == 0) & (v["reachable"] == 1)
-    blank = " " * int(marked.any())
-    marks = {"peak_lift_m": [INCOMPLETE_MARK if mark else blank for mark in marked]}
-    columns = [(v[name] * factor, f".{digits}f", marks.get(name)) for name, factor, digits, _ in SHOWN]
+def _supply_text(gauge: float, temperature: float) -> str:
+    """Pressure and temperature of a supply on two lines."""
+    return f"{gauge / 1e6:.4g} MPa gauge\n{temperature:.4g} K"
+
+
+def _nearest(axis: np.ndarray, value: float) -> int:
+    return int(np.argmin(np.abs(axis - value)))
+
+
+def _reached(values: dict[str, np.ndarray]) -> str:
+    """What is reached of all points, in a sentence."""
+    reachable = values["reachable"] == 1
+    turned = int((reachable & (values["full_lift"] == 0)).sum())
+    of = f"all {reachable.size}" if reachable.all() else f"{int(reachable.sum())} of {reachable.size}"
+    return f"The targets are reached at {of} points; at {turned} of them the piston turns back before its open stop."
+
+
+def _rows(values: dict[str, np.ndarray], supply: int) -> list[list[str]]:
+    """A row for each speed at one supply, with what the valve does in words."""
+    here = {name: column[:, supply] for name, column in values.items()}
     return [
-        [
-            *(number(values[run], form) + (mark[run] if mark else "") for values, form, mark in columns),
-            _why_not(v["reason"][run]),
-        ]
-        for run in range(len(archive.runs))
+        [*(number(here[name][speed], form) for name, _, form in SHOWN), _words(here, speed)]
+        for speed in range(len(here["speed_rpm"]))
     ]
 
 
-def _why_not(code: int) -> str:
-    """Why targets are out of reach, in words."""
-    reason = Reason(code)
-    return "" if reason == Reason.REACHED else reason.words
+def _words(here: dict[str, np.ndarray], speed: int) -> str:
+    """What the valve does at a speed with the corrected commands, in words."""
+    reason = Reason(here["reason"][speed])
+    if reason != Reason.REACHED:
+        return f"out of reach: {reason.words}"
+    if here["full_lift"][speed]:
+        return "opens fully"
+    return f"turns back at {1e3 * here['peak_lift_m'][speed]:.1f} mm"
+
+
+def _commands(values: dict[str, np.ndarray], edge: str) -> list[list[str]]:
+    """A row for each speed with the command angles of one edge at all supplies."""
+    marked = (values["full_lift"] == 0) & (values["reachable"] == 1)
+    blank = " " * int(marked.any())
+    return [
+        [
+            f"{speeds[0]:.0f}",
+            *(
+                number(angle, ".1f") + (INCOMPLETE_MARK if mark else blank)
+                for angle, mark in zip(angles, marks, strict=True)
+            ),
+        ]
+        for speeds, angles, marks in zip(values["speed_rpm"], values[f"{edge}_deg"], marked, strict=True)
+    ]
+
+
+def shortcut_line(timing_map: TimingMap) -> str:
+    """Write what the delays of the bench would give in place of these commands, in a sentence.
+
+    Parameters
+    ----------
+    timing_map : TimingMap
+        Corrected commands over speed, pressure and temperature.
+
+    Returns
+    -------
+    str
+        Largest errors of the angles, and the speed from which the valve would not open everywhere.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.timing.grid import map_timing
+    >>> from apesim.studies.operating_conditions import Supplies
+    >>> supplies = Supplies([1.1e6], [287.0], Machine())
+    >>> shortcut_line(map_timing(supplies, [94.0], jobs=1)).partition(", as")[0]
+    'With the delays of the bench instead'
+    """
+    v = {name: variable.values for name, variable in timing_map.archive.variables.items()}
+    opens, closes = v["shortcut_open_error_deg"], v["shortcut_close_error_deg"]
+    missed = np.isnan(opens)
+    start = "With the delays of the bench instead, as they are at rest, the valve would "
+    if missed.all():
+        return f"{start}open at none of these points"
+    text = (
+        f"{start}open up to {np.nanmax(np.abs(opens)):.2g} deg and close up to {np.nanmax(np.abs(closes)):.2g} deg off"
+    )
+    return f"{text}, and from {v['speed_rpm'][missed].min():.0f} r/min on not open everywhere" if missed.any() else text
 
 
 def law_lines(laws: dict[str, list[Law]], ambient_pressure: float) -> list[str]:
@@ -129,10 +209,9 @@ def law_lines(laws: dict[str, list[Law]], ambient_pressure: float) -> list[str]:
 
 def _law_text(laws: Sequence[Law], far: Sequence[Law]) -> str:
     """Laws of one pressure in words, with the one over all speeds that is far off, if there is one."""
-    against = sum(law.opposite_to_the_paper for law in laws)
-    at = f" at {against} of {len(laws)} speeds" if 0 < against < len(laws) else ""
-    falls = f"falls with the temperature{at}, against the paper"
-    sign = falls if against else "rises with the temperature, as in the paper"
+    falling = sum(law.slope < 0.0 for law in laws)
+    at = f" at {falling} of {len(laws)} speeds" if 0 < falling < len(laws) else ""
+    sign = f"falls with the temperature{at}" if falling else "rises with the temperature"
     times, slopes, errors, angles = (
         [factor * getattr(law, name) for law in laws]
         for name, factor in (

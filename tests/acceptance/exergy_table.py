@@ -8,7 +8,7 @@ from tests.machines import RPM, machine, settled
 
 COLUMNS = ("engine_air", "indicated_work", "feed", "groove", "exhaust", "mixing", "control_air")
 EXPECTED = {
-    "uncorrected": (756.1, 218.7, 18.6, 184.4, 321.7, 12.6, 86.9),
+    "fixed": (756.1, 218.7, 18.6, 184.4, 321.7, 12.6, 86.9),
     "corrected": (346.1, 218.9, 2.8, 25.8, 97.7, 0.8, 75.9),
     "cam": (351.0, 222.9, 3.4, 23.4, 100.5, 0.9, 0.0),
     "ideal": (467.8, 279.6, 5.4, 26.6, 155.4, 0.8, 0.0),
@@ -20,7 +20,7 @@ def machine_of(case: str) -> Machine:
     """The machine of a row."""
     if case == "corrected":
         return corrected(machine(receiver=1.0), 1000.0 * RPM).machine
-    return machine(receiver=1.0, intake="epv" if case == "uncorrected" else case)
+    return machine(receiver=1.0, intake="epv" if case == "fixed" else case)
 
 
 def exergy_terms(case: str) -> dict[str, float]:

@@ -8,7 +8,7 @@ from docs.results import load
 from tests.folders import ROOT
 
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
-INTAKES = {"ideal": "ideal valve", "cam": "cam", "corrected": "EPV, corrected", "uncorrected": "EPV, fixed"}
+INTAKES = {"ideal": "ideal valve", "cam": "cam", "corrected": "EPV, corrected", "fixed": "EPV, fixed"}
 
 
 def test_readme_is_short():

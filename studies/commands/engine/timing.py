@@ -84,7 +84,7 @@ def correct_timing(
     from apesim.studies.output import written_json, written_text
     from apesim.studies.timing import correction
     from apesim.studies.timing.export import exports_of
-    from apesim.studies.timing.summary import LEGEND, error_line, law_lines, timing_table
+    from apesim.studies.timing.summary import error_line, law_lines, shortcut_line, timing_tables
 
     console, machine = common.console, common.load_machine()
     with console.announce_compiling(), as_options("correct_timing"), console.progress("timing") as report:
@@ -107,8 +107,10 @@ def correct_timing(
     data = result.to_dict() | written | {"exports": [str(path) for path in exports], "faults": result.failed}
     where = written_text(written, f"{result['runs']} points") + "; " + ", ".join(path.name for path in exports)
     laws = law_lines(result.map.laws, result.ambient_pressure)
-    table = timing_table(result.map, result.ambient_pressure)
-    console.result(data, table, LEGEND, *laws, error_line(result.map), where)
+    own = {"supply_pressure": machine.supply.pressure, "control_pressure": machine.supply.control().pressure}
+    supply = own[result.map.pressure_axis], machine.supply.temperature
+    tables = timing_tables(result.map, supply, result.ambient_pressure)
+    console.result(data, *tables, shortcut_line(result.map), *laws, error_line(result.map), where)
     for fault in result.failed:
         console.message(f"warning: {fault}")
     return INCOMPLETE if result.failed else DONE

@@ -211,9 +211,9 @@ def add_legend_entry(axis: Axes, label: str, **look: Any) -> None:
     Examples
     --------
     >>> _, panel = open_one()
-    >>> add_legend_entry(panel, "uncorrected", ls="--")
+    >>> add_legend_entry(panel, "fixed", ls="--")
     >>> panel.get_legend_handles_labels()[1]
-    ['uncorrected']
+    ['fixed']
     """
     axis.plot([], [], label=label, **{"color": GREY} | look)
 

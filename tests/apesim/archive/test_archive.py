@@ -236,3 +236,11 @@ def test_an_archive_that_is_open_with_other_locking_is_read_and_stays_open(tmp_p
     path = write(sample(), tmp_path / "a.h5")
     with h5py.File(path, locking=locking) as file:
         assert file["speed"][...].tolist() == read(path).variables["speed"].values.tolist()
+
+
+def test_what_was_once_called_uncorrected_is_read_as_fixed(tmp_path):
+    old = sample()
+    old.variables["uncorrected_brake_torque_Nm"] = old.variables.pop("torque")
+    again = read(write(old, tmp_path / "timing.h5"))
+    assert "fixed_brake_torque_Nm" in again.variables and "uncorrected_brake_torque_Nm" not in again.variables
+    assert verify(write(again, tmp_path / "again.h5")) == []

@@ -100,12 +100,12 @@ def test_no_point_of_a_grid_lies_beyond_the_front(found, grid):
 
 
 def test_the_optimum_opens_early_and_beats_the_machines_own_commands(found):
-    own = found.uncorrected.values
+    own = found.fixed.values
     for point in found.best.values():
         assert point.values["valve_open_deg"] < 0.0 < own["valve_open_deg"]
-    assert told(found.uncorrected) == pytest.approx(outcome(-5.0, 75.0), rel=1e-6)
-    assert told(found.best[Goal.TORQUE])[0] > told(found.uncorrected)[0]
-    assert told(found.best[Goal.AIR])[1] < told(found.uncorrected)[1]
+    assert told(found.fixed) == pytest.approx(outcome(-5.0, 75.0), rel=1e-6)
+    assert told(found.best[Goal.TORQUE])[0] > told(found.fixed)[0]
+    assert told(found.best[Goal.AIR])[1] < told(found.fixed)[1]
     assert bounds_of(found.best[Goal.TORQUE]) == {"energise": 0, "duration": 0}
 
 

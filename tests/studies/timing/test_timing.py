@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import shutil
 import subprocess
 from math import nan
@@ -25,7 +26,7 @@ from apesim.studies.timing.header import c_header
 from apesim.studies.timing.law import Law, fitted
 from apesim.studies.timing.open_loop import open_loop_delays
 from apesim.studies.timing.solve import Look, Reason, corrected, reason_of
-from apesim.studies.timing.summary import law_lines, timing_table
+from apesim.studies.timing.summary import law_lines, shortcut_line, timing_tables
 from apesim.studies.timing.table import Axes, InterpolationError, centres, interpolated
 from apesim.valve.bench import run_bench
 from tests.machines import RPM, changed, machine, settled
@@ -208,10 +209,10 @@ def test_a_point_of_the_map_is_that_point_alone(mapped):
 
 def test_correction_wins_torque_and_air_at_high_speed_and_gives_torque_away_at_low(mapped):
     v = {name: variable.values for name, variable in mapped.archive.variables.items()}
-    won = v["brake_torque_Nm"] - v["uncorrected_brake_torque_Nm"]
+    won = v["brake_torque_Nm"] - v["fixed_brake_torque_Nm"]
     assert (won[v["speed_rpm"] == 1800.0] > 0.0).all() and (won[v["speed_rpm"] == 600.0] < 0.0).all()
     slow = v["speed_rpm"] == 600.0
-    assert (v["specific_air_kg_per_kWh"][slow] < v["uncorrected_specific_air_kg_per_kWh"][slow]).all()
+    assert (v["specific_air_kg_per_kWh"][slow] < v["fixed_specific_air_kg_per_kWh"][slow]).all()
 
 
 def test_the_shortcut_errs_little_where_strokes_are_complete_and_does_not_open_the_valve_at_high_speed(mapped):
@@ -264,7 +265,7 @@ def test_where_one_law_for_all_speeds_is_far_off_those_of_each_speed_are_told():
     [alone] = law_lines({"advance": each[:1]}, AMBIENT)
     assert alone == (
         "advance at 1 MPa gauge: 7.000 ms -6.00 us/K (supply temperature - 287 K), "
-        "off by at most 0.010 ms or 0.10 deg; it falls with the temperature, against the paper"
+        "off by at most 0.010 ms or 0.10 deg; it falls with the temperature"
     )
 
 
@@ -347,10 +348,22 @@ def test_the_c_header_says_where_the_piston_turns_back(tmp_path):
     assert answers_of(header, points, tmp_path)[:, 0].tolist() == [1.0, 1.0, 2.0, 2.0, 0.0, 1.0]
 
 
-def test_the_table_marks_points_whose_piston_turns_back(mapped):
-    lifts = list(timing_table(mapped, AMBIENT).columns[5].cells)
-    assert [lift.endswith("*") for lift in lifts] == (~mapped.full_lift).ravel().tolist()
-    assert {lift for lift in lifts if not lift.endswith("*")} == {"9.00 "}
+def test_the_tables_have_a_row_a_speed_and_say_in_words_what_the_valve_does(mapped):
+    sentence, own, energise, release, legend = timing_tables(mapped, (PRESSURES[1], TEMPERATURES[1]), AMBIENT)
+    turned = int((~mapped.full_lift).sum())
+    assert f"all {mapped.full_lift.size} points" in sentence and f"{turned} of them" in sentence
+    assert own.row_count == energise.row_count == release.row_count == len(mapped.axes.speeds)
+    words = list(own.columns[-1].cells)
+    assert [word == "opens fully" for word in words] == mapped.full_lift[:, 1, 1].tolist()
+    assert all(re.fullmatch(r"opens fully|turns back at [0-9.]+ mm", word) for word in words)
+    marks = [[cell.endswith("*") for cell in column.cells] for column in energise.columns[1:]]
+    assert np.array_equal(np.transpose(marks), ~mapped.full_lift.reshape(len(mapped.axes.speeds), -1))
+    assert legend.startswith("*") and len(energise.columns) == 1 + mapped.full_lift[0].size
+
+
+def test_the_shortcut_is_told_in_a_sentence(mapped):
+    told = shortcut_line(mapped)
+    assert "delays of the bench" in told and "from 1800 r/min on not open everywhere" in told
 
 
 def test_exports_say_the_same_and_state_their_error(mapped, tmp_path):

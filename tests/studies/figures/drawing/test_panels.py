@@ -13,7 +13,7 @@ from apesim.studies.figures.drawing.style import STYLE, colours_of
 from apesim.studies.figures.optimise import draw_over_speed, optimise_figures
 
 SPEEDS = np.array([600.0, 1000.0])
-TORQUES = {"uncorrected": np.array([20.0, 10.0]), "most_torque": np.array([24.0, 18.0])}
+TORQUES = {"fixed": np.array([20.0, 10.0]), "most_torque": np.array([24.0, 18.0])}
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def test_a_panel_is_drawn_into_a_user_s_axes_and_these_are_returned(archive):
     figure, (own, other) = plt.subplots(1, 2)
     assert draw_over_speed(own, archive, "brake_torque_Nm") is own
     lines = {line.get_label(): line.get_ydata() for line in own.lines}
-    assert lines["uncorrected"].tolist() == TORQUES["uncorrected"].tolist()
+    assert lines["fixed"].tolist() == TORQUES["fixed"].tolist()
     assert lines["for most torque"].tolist() == TORQUES["most_torque"].tolist()
     assert own.get_xlabel() == "speed [r/min]" and not other.lines
     plt.close(figure)
