@@ -6,6 +6,7 @@ import json
 import math
 import os
 import sys
+import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import wait
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TextIO, TypeVar
 import typer
 
 from apesim.studies.execution.own_thread import call_in_thread
-from apesim.studies.progress import progress_bar, show_progress
+from apesim.studies.progress import LINE_EVERY, progress_bar, show_progress, write_stages
 from apesim.terminal import visible
 
 if TYPE_CHECKING:
@@ -168,7 +169,7 @@ class Console:
 
     @contextlib.contextmanager
     def progress(self, what: str) -> Iterator[Report]:
-        """Show progress with time left on a terminal.
+        """Show progress with time left on a terminal, in lines elsewhere, see `apesim.studies.progress.write_stages`.
 
         Parameters
         ----------
@@ -182,18 +183,22 @@ class Console:
 
         Examples
         --------
-        Nothing is shown where standard error is no terminal, or to a quiet console:
+        Nothing is shown to a quiet console:
 
         >>> with Console(quiet=True).progress("sweep") as report:
         ...     for done in range(3):
         ...         report(done + 1, 3)
         """
-        with show_progress(not self.quiet and sys.stderr.isatty(), what) as report:
-            yield report
+        if self.quiet or sys.stderr.isatty():
+            with show_progress(not self.quiet, what) as report:
+                yield report
+            return
+        with write_stages(what, self.message) as stage_report:
+            yield lambda done, total: stage_report(what, done, total)
 
     @contextlib.contextmanager
     def stages(self, what: str) -> Iterator[StageReport]:
-        """Show progress of work in stages, with time left, on a terminal.
+        """Show progress of work in stages, with time left on a terminal, elsewhere a line for each stage.
 
         Parameters
         ----------
@@ -207,13 +212,17 @@ class Console:
 
         Examples
         --------
-        Nothing is shown where standard error is no terminal, or to a quiet console:
+        Nothing is shown to a quiet console:
 
         >>> with Console(quiet=True).stages("paper") as report:
         ...     report("frictions", 1, 3)
         """
-        if self.quiet or not sys.stderr.isatty():
+        if self.quiet:
             yield lambda stage, done, total: None
+            return
+        if not sys.stderr.isatty():
+            with write_stages(what, self.message) as report:
+                yield report
             return
         with progress_bar() as progress:
             task = progress.add_task(what, total=None)
@@ -232,7 +241,8 @@ class Console:
         Parameters
         ----------
         what : str
-            Name of the work, shown on a terminal with the time it has taken, where it takes longer than `PATIENCE`.
+            Name of the work, shown on a terminal with the time it has taken, where it takes longer than `PATIENCE`;
+            elsewhere in a line from time to time.
         function : function
             Work to do.
         *arguments, **options
@@ -250,7 +260,12 @@ class Console:
         """
         future = call_in_thread(function, *arguments, **options)
         wait([future], PATIENCE)
-        if future.done() or self.quiet or not sys.stderr.isatty():
+        if future.done() or self.quiet:
+            return future.result()
+        if not sys.stderr.isatty():
+            begin = time.perf_counter()
+            while not wait([future], LINE_EVERY).done:
+                self.message(f"{what}: {time.perf_counter() - begin + PATIENCE:.0f} s so far")
             return future.result()
         from rich.console import Console as Terminal
         from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn

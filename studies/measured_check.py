@@ -163,21 +163,24 @@ class MeasuredCheck:
         make_folder(folder, overwrite)
         return measured_figures(self, folder)
 
-    def __repr__(self) -> str:
+    @property
+    def summary(self) -> str:
+        """How many faults, warnings and hints there are in how many runs, in words."""
         counts = [
             f"{len(found)} {name}{'' if len(found) == 1 else 's'}"
             for name, found in (("fault", self.faults), ("warning", self.warnings), ("hint", self.hints))
         ]
         number = len(self.measured.runs)
-        head = f"MeasuredCheck: {', '.join(counts)} in {number} run{'' if number == 1 else 's'}"
+        return f"{', '.join(counts)} in {number} run{'' if number == 1 else 's'}"
+
+    def __repr__(self) -> str:
         lines = [
             f"  {finding.kind}: {finding}" + (f" [and {more} more]" if more else "")
             for finding, more in group_findings(self.findings)
         ]
-        return "\n".join([head, *lines])
+        return "\n".join([f"MeasuredCheck: {self.summary}", *lines])
 
     def _repr_html_(self) -> str:
-        head, *_ = repr(self).splitlines()
         rows = "".join(
             f"<tr><td>{finding.kind}</td>"
             + "".join(f"<td>{html.escape(text)}</td>" for text in _describe(finding).values())
@@ -185,7 +188,7 @@ class MeasuredCheck:
             for finding in self.findings
         )
         names = "<th></th><th>check</th><th>file</th><th>channel</th><th>seen</th><th>likely reason</th><th>right</th>"
-        return f"{html.escape(head)}<table><tr>{names}</tr>{rows}</table>"
+        return f"{html.escape(self.summary)}<table><tr>{names}</tr>{rows}</table>"
 
 
 def check_measured(

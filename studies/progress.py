@@ -1,11 +1,17 @@
 """Progress of long work: a bar with the time left on standard error, or a call for each step."""
 
 import contextlib
+import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import rich.progress
+
+LINES_AFTER = 5.0
+"""Time from which work is told in lines [s]: shorter work needs none."""
+LINE_EVERY = 30.0
+"""Time after which a stage that goes on is told again [s]."""
 
 Progress = bool | Callable[[int, int], object]
 """False: nothing is shown; True: a bar on standard error; a function: it is called with what is done and with all."""
@@ -42,6 +48,72 @@ def show_progress(progress: Progress, task: str) -> Iterator[Callable[[int, int]
     with progress_bar() as bar:
         line = bar.add_task(task, total=None)
         yield lambda done, total: bar.update(line, completed=done, total=total)
+
+
+@contextlib.contextmanager
+def write_stages(stage: str, tell: Callable[[str], object]) -> Iterator[Callable[[str, int, int], object]]:
+    """Tell the progress of work in stages in lines, for a stream that is no terminal: one a stage, with its time.
+
+    A stage that takes long is told of every `LINE_EVERY` as well. Nothing is told of work that ends within
+    `LINES_AFTER`.
+
+    Parameters
+    ----------
+    stage : str
+        Name of the first stage.
+    tell : function
+        Called with each line.
+
+    Yields
+    ------
+    function
+        ``report(stage, done, total)``, to be called with the name of the stage, what is done of it and what there is.
+
+    Examples
+    --------
+    >>> with write_stages("reading", print) as report:
+    ...     report("fitting", 1, 2)
+    """
+    lines = _StageLines(stage, tell)
+    yield lines.report
+    lines.end_stage()
+
+
+class _StageLines:
+    """Lines of `write_stages`; those of the first seconds wait until the work has proved to be long."""
+
+    def __init__(self, stage: str, tell: Callable[[str], object]) -> None:
+        self._tell = tell
+        self._stage, self._done, self._total = stage, 0, 0
+        self._begin = self._stage_begin = self._last = time.perf_counter()
+        self._waiting: list[str] = []
+
+    def report(self, stage: str, done: int, total: int) -> None:
+        """Take note of what is done, and tell what is due."""
+        now = time.perf_counter()
+        if stage != self._stage:
+            self.end_stage()
+            self._stage, self._stage_begin, self._last = stage, now, now
+        self._done, self._total = done, total
+        if now - self._last > LINE_EVERY:
+            took = now - self._stage_begin
+            left = f", some {took / done * (total - done):.0f} s left" if 0 < done <= total else ""
+            self._say(f"{stage}: {done} of {total} after {took:.0f} s{left}")
+            self._last = now
+
+    def end_stage(self) -> None:
+        """Tell how long the stage took; nothing of one of which nothing was done."""
+        took = time.perf_counter() - self._stage_begin
+        if self._done or took > LINES_AFTER:
+            self._say(f"{self._stage}: {took:.1f} s")
+        self._done = 0
+
+    def _say(self, line: str) -> None:
+        self._waiting.append(line)
+        if time.perf_counter() - self._begin > LINES_AFTER:
+            for each in self._waiting:
+                self._tell(each)
+            self._waiting.clear()
 
 
 def progress_bar() -> "rich.progress.Progress":

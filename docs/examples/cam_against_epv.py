@@ -41,7 +41,7 @@ table = sweep.dataset[["brake_torque", "specific_air_kg_per_kWh", "peak_lift"]].
 print(table.to_dataframe().round(4))
 
 # %%
-# At low speed the EPV with fixed timing closes late. So it gives more torque than all others, but takes more air for it.
+# At low speed the EPV with fixed timing closes late. So it gives more torque than any other, but takes more air for it.
 # At high speed it opens so late that the torque is lost. With corrected commands, the torque is above that of the cam
 # at low speed and below it at high speed, where the valve turns back before its open stop (``peak_lift`` in the
 # table). A part of the difference at low speed is the cam's own: it begins to lift at the angle at which the other

@@ -78,7 +78,7 @@ def check_measured_folder(
     shown = [table_of("", HEADER, rows, left=range(len(HEADER)))] if rows else []
     lines = [f"figures in {out}/"] if drawn else []
     data = check.to_dict() | {"figures": [str(path) for path in drawn]}
-    console.result(data, *shown, *lines, repr(check).splitlines()[0])
+    console.result(data, *shown, *lines, check.summary)
     return BAD_INPUT if check.faults else DONE
 
 
