@@ -112,6 +112,7 @@ class MeasuredCheck:
         ('time [ms]', 'lift [mm]')
         """
         from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.drawing.panels import add_legend
         from apesim.studies.figures.measured import draw_channel
 
         runs = [number for number, each in enumerate(self.measured.runs) if each.channels]
@@ -124,7 +125,7 @@ class MeasuredCheck:
         number = chosen[0]
         channel = channel or next(iter(self.measured.runs[number].channels))
         ax = draw_channel(axes_for(ax), self, number, channel)
-        ax.legend(loc="lower right")
+        add_legend(ax)
         return ax
 
     def write(self, folder: str | PathLike[str], *, overwrite: bool = False) -> list[Path]:

@@ -260,6 +260,7 @@ def plot_over_pressure(result: ArchiveResult, name: str, ax: "Axes | None" = Non
     ['287 K']
     """
     from apesim.studies.figures.axes import axes_for
+    from apesim.studies.figures.drawing.panels import add_legend
 
     ax, trace = axes_for(ax), result.traces[name]
     pressures, temperatures = (result.traces[f"supply_{axis}"].values for axis in ("pressure", "temperature"))
@@ -269,7 +270,7 @@ def plot_over_pressure(result: ArchiveResult, name: str, ax: "Axes | None" = Non
         ax.plot(pressures[runs] / 1e6, trace[runs], marker="o", ms=3, label=f"{temperature:g} K")
     unit = "" if trace.unit == "1" else f" [{trace.unit}]"
     ax.set(xlabel="control pressure [MPa abs]", ylabel=f"{name.replace('_', ' ')}{unit}", title=result.title)
-    ax.legend()
+    add_legend(ax)
     return ax
 
 

@@ -156,6 +156,7 @@ class ValveRun(Result):
         ['chamber A', 'chamber B']
         """
         from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.drawing.panels import add_legend
 
         ax = axes_for(ax)
         for letter in "ab":
@@ -163,7 +164,7 @@ class ValveRun(Result):
             ax.plot(self.traces["time"].values * 1e3, pressure, label=f"chamber {letter.upper()}")
         ax.set(xlabel="time after the solenoids are energised [ms]", ylabel="pressure [MPa abs]")
         ax.set_title(self._told_conditions())
-        ax.legend()
+        add_legend(ax)
         return ax
 
 

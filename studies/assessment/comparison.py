@@ -91,11 +91,12 @@ class ValveAssessment(GridResult):
         """
         from apesim.studies.figures.assessment import draw_losses
         from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.drawing.panels import add_legend
 
         ax = axes_for(ax)
         draw_losses(ax, self.archive, "brake_torque_lost_Nm")
         ax.set_ylabel("brake torque lost [N m]")
-        ax.legend()
+        add_legend(ax)
         return ax
 
 

@@ -12,8 +12,8 @@ from apesim.archive import Archive
 from apesim.studies.assessment.causes import CAUSES, ENTERS, EXERGY, ORDERS
 from apesim.studies.figures.drawing.conditions import conditions_of
 from apesim.studies.figures.drawing.files import write_figures
-from apesim.studies.figures.drawing.panels import draw_zero, label_axes, open_row
-from apesim.studies.figures.drawing.style import BLUE, RED, Look
+from apesim.studies.figures.drawing.panels import add_figure_legend, draw_zero, label_axes, open_row
+from apesim.studies.figures.drawing.style import BLUE, MARKERS, RED, Look
 
 COLOURS = {"lateness": BLUE, "finite_speed": "#e0a030", "fluctuation": "#7a4e9c", "control_air": RED}
 """Colour of each cause."""
@@ -32,14 +32,14 @@ CORNERS = {
 }
 """Valves whose exergy is drawn, and the titles of their panels."""
 EXERGY_COLOURS = {
-    "indicated_work": ("indicated work", "#3a7d44"),
-    "exhaust": ("exhaust", "#9aa5b1"),
-    "groove": ("groove", "#e0a030"),
-    "feed": ("feed", BLUE),
-    "valve_drive": ("valve drive", RED),
-    "other": ("mixing and other", "#7a4e9c"),
+    "indicated_work": ("indicated work", "#3a7d44", ""),
+    "exhaust": ("exhaust", "#9aa5b1", "..."),
+    "groove": ("groove", "#e0a030", "///"),
+    "feed": ("feed", BLUE, "xxx"),
+    "valve_drive": ("valve drive", RED, "\\\\\\"),
+    "other": ("mixing and other", "#7a4e9c", "|||"),
 }
-"""Name and colour of where exergy goes."""
+"""Name, colour and stripes of where exergy goes."""
 MAX_OVER_MEDIAN = 4.0
 """Values beyond this many times the median of the sums are cut off: a single point near stalling would else press all
 others on the zero line."""
@@ -84,10 +84,9 @@ def _plot_losses(archive: Archive) -> Figure:
     label_axes(right, y=("air over brake work added", "kg/kWh"), title=title)
     draw_losses(left, archive, "brake_torque_lost_Nm")
     draw_losses(right, archive, "specific_air_added_kg_per_kWh")
-    handles, labels = left.get_legend_handles_labels()
     title = "dots: mean of both orders; bars: from lateness first (end with a tick) to finite speed first"
-    below: Look = {"loc": "outside lower center", "fontsize": LEGEND_SIZE, "title_fontsize": 9}
-    figure.legend(handles, labels, ncols=len(labels), title=title, **below)
+    handles = left.get_legend_handles_labels()[0]
+    add_figure_legend(figure, handles, title=title, fontsize=LEGEND_SIZE, title_fontsize=9)
     return figure
 
 
@@ -124,7 +123,7 @@ def draw_losses(axis: Axes, archive: Archive, name: str) -> Axes:
     for number, cause in enumerate(CAUSES):
         x = speed + step * (number - 1.5)
         look: Look = {"color": COLOURS[cause], "lw": 1.2, "ls": "--" if cause == "fluctuation" else "-"}
-        axis.plot(x, mean[:, number], marker="o", ms=3, label=NAMES[cause], **look)
+        axis.plot(x, mean[:, number], marker=MARKERS[number], ms=4, label=NAMES[cause], **look)
         axis.vlines(x, first[:, number], other[:, number], color=COLOURS[cause], lw=1.6, alpha=0.6)
         axis.plot(x, first[:, number], "_", color=COLOURS[cause], ms=6)
     total = _total_of(mean)
@@ -163,8 +162,7 @@ def _plot_exergy(archive: Archive) -> Figure:
         _draw_exergy(axis, archive, valve)
         label_axes(axis, x=SPEED, title=title)
     label_axes(panels[0], y=("exergy in a cycle", "J"))
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=LEGEND_SIZE)
+    add_figure_legend(figure, panels[0].get_legend_handles_labels()[0], fontsize=LEGEND_SIZE)
     return figure
 
 
@@ -176,9 +174,9 @@ def _draw_exergy(axis: Axes, archive: Archive, valve: str) -> Axes:
     terms = {name: np.nan_to_num(v[f"exergy_{name}_J"].values[:, place]) for name in EXERGY}
     width = 0.8 * np.diff(np.sort(speed)).min() if len(speed) > 1 else 0.05 * speed[0]
     top, bottom = np.zeros(len(speed)), np.zeros(len(speed))
-    for name, (label, colour) in EXERGY_COLOURS.items():
+    for name, (label, colour, stripes) in EXERGY_COLOURS.items():
         start = np.where(terms[name] >= 0.0, top, bottom)
-        axis.bar(speed, terms[name], width, bottom=start, color=colour, label=label)
+        axis.bar(speed, terms[name], width, bottom=start, fc=colour, ec="white", lw=0, hatch=stripes, label=label)
         top, bottom = top + np.maximum(terms[name], 0.0), bottom + np.minimum(terms[name], 0.0)
     axis.plot(speed, sum(terms[name] for name in ENTERS), "D", color="white", mec="black", ms=3.5, label="brought in")
     draw_zero(axis, colour="0.2", width=0.9)

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from apesim.studies.discharge import Discharge, Vessel, figure_arrays
 from apesim.studies.figures.drawing.conditions import conditions_of_vessel
 from apesim.studies.figures.drawing.files import write_figures
-from apesim.studies.figures.drawing.panels import label_axes, open_column
-from apesim.studies.figures.drawing.style import RED, Look, colours_of
+from apesim.studies.figures.drawing.panels import add_legend, label_axes, open_column
+from apesim.studies.figures.drawing.style import RED, STYLES, Look, colours_of
 
 SIZE = (6.4, 4.6)
 """Size of the figures, with a panel for the residuals below [inch]."""
@@ -79,16 +79,17 @@ def plot_pressures(discharge: Discharge) -> Figure:
     tests = figure_arrays(discharge)["tests"]
     figure, panels = open_column(2, SIZE, height_ratios=(3, 1))
     above, below = panels
-    for test, colour in zip(tests, colours_of(len(tests), BRIGHTEST), strict=True):
+    for number, (test, colour) in enumerate(zip(tests, colours_of(len(tests), BRIGHTEST), strict=True)):
+        style = STYLES[number % len(STYLES)]
         time, residuals = test["time"] * 1e3, test["pressure"] - test["fitted"]
         above.plot(time, test["pressure"] / 1e6, ".", color=colour, ms=2.5, alpha=0.5)
-        above.plot(time, test["fitted"] / 1e6, color=colour, lw=1.3, label=test["name"])
+        above.plot(time, test["fitted"] / 1e6, color=colour, lw=1.3, ls=style, label=test["name"])
         below.plot(time, residuals / 1e3, ".", color=colour, ms=2.0, alpha=0.5)
     for axis in panels:
         axis.axvline(0.0, color="0.6", lw=0.8, ls="--")
     label_axes(above, y=("pressure", "MPa abs"), title="points: the tests; lines: Eq. 10 with the area found")
     above.set_ylim(bottom=0.0)
-    above.legend()
+    add_legend(above)
     label_axes(below, x=TIME, y=("residual", "kPa"))
     return figure
 
@@ -124,12 +125,13 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
     highest = [arrays["full_area"] * 1.25, *(1.05 * test["area"].max() for test in (*tests, pooled))]
     in_percent = 100.0 / arrays["full_area"]
     figure, (above, below) = open_column(2, SIZE, height_ratios=(3, 2))
-    for test, colour in zip(tests, colours_of(len(tests), BRIGHTEST), strict=True):
+    for number, (test, colour) in enumerate(zip(tests, colours_of(len(tests), BRIGHTEST), strict=True)):
+        style = STYLES[number % len(STYLES)]
         time, all_together = test["knots"] * 1e3, np.interp(test["knots"], pooled["knots"], pooled["area"])
         for axis, scale, zero in ((above, 1e6, 0.0), (below, in_percent, all_together)):
             low, area, high = (scale * (test[name] - zero) for name in ("low", "area", "high"))
             axis.fill_between(time, low, high, color=colour, alpha=0.18, lw=0.0)
-            axis.plot(time, area, color=colour, lw=1.2, label=test["name"])
+            axis.plot(time, area, color=colour, lw=1.2, ls=style, label=test["name"])
     if len(tests) > 1:
         above.plot(pooled["knots"] * 1e3, pooled["area"] * 1e6, label="all together", **DASHED)
     if true_area is not None:
@@ -143,7 +145,7 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
     label_axes(above, y=("effective area", "mm²"), title=title)
     above.set_ylim(0.0, max(highest) * 1e6)
     above.set_xlim(left=0.0)
-    above.legend(loc="upper right" if discharge.refusal else "lower right", ncols=2)
+    add_legend(above, ncols=2)
     below.axhline(0.0, **DASHED)
     label_axes(below, x=TIME)
     is_open, end = discharge.curve[-1, 0] if len(discharge.curve) else np.inf, pooled["knots"][-1]

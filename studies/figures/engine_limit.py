@@ -13,10 +13,10 @@ from apesim.archive import Archive
 from apesim.engine.angles import DEGREE
 from apesim.studies.figures.drawing.conditions import conditions_of, supply_keys_of
 from apesim.studies.figures.drawing.files import write_figures
-from apesim.studies.figures.drawing.lines import OWN_POINT, STYLES, draw_over_pressure, draw_own_point
+from apesim.studies.figures.drawing.lines import OWN_POINT, draw_over_pressure, draw_own_point
 from apesim.studies.figures.drawing.panels import columns_of, label_axes, open_row
 from apesim.studies.figures.drawing.style import RED, Look
-from apesim.studies.limit.design_rule import PAPER_RPM, RPM, DesignRule
+from apesim.studies.limit.design_rule import RPM, DesignRule
 from apesim.studies.limit.points import Point, own_run
 from apesim.studies.operating_conditions import find_pressure_axis
 
@@ -53,10 +53,6 @@ def _plot_limits(archive: Archive, ambient_pressure: float) -> Figure:
     """Plot the limit over pressure, and over the window with the design rule."""
     figure, (left, right) = open_row(2, (12.4, 4.6), sharey=True)
     draw_limits(left, archive, ambient_pressure)
-    for axis in (left, right):
-        for (name, speed), style in zip(PAPER_RPM.items(), STYLES, strict=False):
-            label = f"the paper's {speed:g} r/min\n({name})" if axis is left else None
-            axis.axhline(speed, color="0.3", lw=0.9, ls=style, label=label)
     left.set_title("Targets met within 0.5°, strokes complete, every cycle the same")
     left.set_ylim(bottom=0.0)
     _draw_rule(right, columns_of(archive))
@@ -110,19 +106,13 @@ def _draw_rule(axis: Axes, v: Mapping[str, np.ndarray]) -> Axes:
     times = np.unique(v["rule_lap_to_lap_s"][~np.isnan(v["rule_lap_to_lap_s"])])
     if not len(times):
         return axis
-    needed = v["rule_window_deg"][own]
-    longest = np.nanmax([*v["duration_deg"], needed])
-    windows = np.linspace(0.0, 1.08 * longest, 2)
+    windows = np.linspace(0.0, 1.08 * np.nanmax(v["duration_deg"]), 2)
     for time in times:
         axis.plot(windows, DesignRule(time).limit(windows * DEGREE) / RPM, color="0.8", lw=0.8, zorder=1)
     title = "Design rule: limit = (window + 1°)/(6 t)"
     time = v["rule_lap_to_lap_s"][own]
     if not np.isnan(time):
         axis.plot(windows, DesignRule(time).limit(windows * DEGREE) / RPM, color=RED, lw=1.2)
-        paper = PAPER_RPM["30 Hz, one event a revolution"]
-        axis.plot([needed, needed], [0.0, paper], color=RED, lw=0.9, ls=":")
-        beside: Look = {"textcoords": "offset points", "ha": "right", "color": RED}
-        axis.annotate(f"30 Hz need {needed:.0f}°", (needed, 0.12 * paper), (-4, 0), **beside)
         title += f", t = {1e3 * time:.2f} ms (red, its own air)"
     axis.set_title(f"{title}\nand {1e3 * times[0]:.2f} to {1e3 * times[-1]:.2f} ms (grey, all air)")
     axis.set_xlim(0.0, windows[-1])

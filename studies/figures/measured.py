@@ -3,6 +3,7 @@
 import textwrap
 from collections.abc import Sequence
 from functools import partial
+from itertools import zip_longest
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,12 +16,14 @@ from apesim.quantities import unit
 from apesim.studies.figures.drawing.conditions import SUPPLY, conditions_of
 from apesim.studies.figures.drawing.files import write_figures
 from apesim.studies.figures.drawing.panels import (
+    MAX_COLUMNS,
+    add_figure_legend,
     break_at_gaps,
     gauge_in_mpa,
     label_axes,
     legend_handle,
     open_panels,
-    open_row,
+    open_wrapped,
 )
 from apesim.studies.figures.drawing.style import BLUE, GREY, RED
 from apesim.studies.measured import CYLINDER, ENGINE, VALVE, Disturbance, MeasuredRun
@@ -95,7 +98,7 @@ def measured_figures(check: "MeasuredCheck", folder: str | PathLike[str]) -> lis
 
 
 def plot_runs(check: "MeasuredCheck", numbers: Sequence[int]) -> Figure:
-    """Plot runs over the machine: a row for each run, a column for each channel.
+    """Plot runs over the machine: a row for each run, a column for each channel, `MAX_COLUMNS` at most.
 
     Parameters
     ----------
@@ -117,24 +120,23 @@ def plot_runs(check: "MeasuredCheck", numbers: Sequence[int]) -> Figure:
     """
     runs = [check.measured.runs[number] for number in numbers]
     names = [name for name in SENSORS[check.measured.bench].traces if any(name in run.channels for run in runs)]
-    size = max(PANEL[0] * len(names), MIN_WIDTH), PANEL[1] * len(numbers) + 0.4
-    figure, panels = open_panels(len(numbers), len(names), size)
-    for row, number in zip(panels, numbers, strict=True):
-        for axis, channel in zip(row, names, strict=True):
+    columns = min(len(names), MAX_COLUMNS)
+    rows = -(-len(names) // columns)
+    size = max(PANEL[0] * columns, MIN_WIDTH), PANEL[1] * rows * len(numbers) + 0.4
+    figure, panels = open_panels(rows * len(numbers), columns, size)
+    for row, number in zip(panels.reshape(len(numbers), rows * columns), numbers, strict=True):
+        for axis, channel in zip_longest(row, names):
             if channel in check.measured.runs[number].channels:
                 draw_channel(axis, check, number, channel)
             else:
                 axis.set_axis_off()
     is_masked = any(masked.run in numbers for masked in check.measured.masked)
-    figure.legend(
-        handles=[
-            legend_handle(color=BLUE, ls="", marker=".", label="measured"),
-            legend_handle(color="0.15", lw=1.2, label="machine, as the run is stated"),
-            *([legend_handle(**MASKED, label="masked, used by nothing; far ones at the edge")] if is_masked else []),
-        ],
-        loc="outside lower center",
-        ncols=3,
-    )
+    handles = [
+        legend_handle(color=BLUE, ls="", marker=".", label="measured"),
+        legend_handle(color="0.15", lw=1.2, label="machine, as the run is stated"),
+        *([legend_handle(**MASKED, label="masked, used by nothing; far ones at the edge")] if is_masked else []),
+    ]
+    add_figure_legend(figure, handles)
     return figure
 
 
@@ -214,7 +216,9 @@ def plot_means(check: "MeasuredCheck") -> Figure:
     """
     runs, sensors = check.measured.runs, SENSORS[check.measured.bench].means
     names = [name for name in sensors if any(name in run.means for run in runs)]
-    figure, panels = open_row(len(names), (max(PANEL[0] * len(names), MIN_WIDTH), PANEL[1] + 0.9))
+    width = max(PANEL[0], MIN_WIDTH / min(len(names), MAX_COLUMNS))
+    figure, panels = open_wrapped(len(names), (width, PANEL[1] + 0.9))
+    labels = _name_runs(runs)
     for axis, name in zip(panels, names, strict=True):
         scale = unit(sensors[name].unit).si("1")
         places = [number for number, run in enumerate(runs) if name in run.means]
@@ -223,12 +227,20 @@ def plot_means(check: "MeasuredCheck") -> Figure:
         shown = [(number, one.means[name] / scale) for number in places if (one := check.expected[number]) is not None]
         if shown:
             axis.plot(*zip(*shown, strict=True), ls="", marker="_", ms=14, mew=1.6, color="0.15", label="machine")
-        axis.set_xticks(places, [runs[number].name for number in places], rotation=30, ha="right")
+        axis.set_xticks(places, [labels[number] for number in places], rotation=30, ha="right")
         axis.margins(x=0.15)
-        label_axes(axis, x=("run", ""), y=(name.replace("_", " "), sensors[name].unit))
+        label_axes(axis, y=(name.replace("_", " "), sensors[name].unit))
         _write_findings(axis, [finding for finding in check.findings if finding.channel.endswith(f".{name}")])
-    panels[0].legend()
+    add_figure_legend(figure, panels[0].get_legend_handles_labels()[0])
     return figure
+
+
+def _name_runs(runs: Sequence[MeasuredRun]) -> list[str]:
+    """Speed of each run of an engine, and its name where others have the same speed."""
+    speeds = [f"{run.speed * 30.0 / np.pi:.4g} r/min" for run in runs]
+    return [
+        speed if speeds.count(speed) == 1 else f"{speed}, {run.name}" for speed, run in zip(speeds, runs, strict=True)
+    ]
 
 
 def _title(check: "MeasuredCheck", run: MeasuredRun) -> str:

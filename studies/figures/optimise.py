@@ -14,6 +14,7 @@ from apesim.studies.figures.drawing.conditions import conditions_of
 from apesim.studies.figures.drawing.files import write_figures
 from apesim.studies.figures.drawing.panels import (
     MAX_SPECIFIC_AIR,
+    add_figure_legend,
     add_legend_entry,
     columns_of,
     draw_zero,
@@ -22,21 +23,21 @@ from apesim.studies.figures.drawing.panels import (
     open_one,
     open_row,
 )
-from apesim.studies.figures.drawing.style import colours_of
+from apesim.studies.figures.drawing.style import looks_of
 
 LOOKS = {
-    "fixed": ("0.55", "fixed"),
-    "most_torque": ("#c0392b", "for most torque"),
-    "least_air": ("#2166ac", "for least specific air"),
+    "fixed": ("0.55", "x", "fixed"),
+    "most_torque": ("#c0392b", "o", "for most torque"),
+    "least_air": ("#2166ac", "s", "for least specific air"),
 }
-"""Colour and name of the commands: the machine's own, and those for each goal."""
+"""Colour, marker and name of the commands: the machine's own, and those for each goal."""
 ANGLES = {
-    "energise": ("energise_deg", "#2166ac", "--"),
-    "opens": ("valve_open_deg", "#2166ac", "-"),
-    "release": ("release_deg", "#c0392b", "--"),
-    "closes": ("valve_close_deg", "#c0392b", "-"),
+    "energise": ("energise_deg", "#2166ac", "o--"),
+    "opens": ("valve_open_deg", "#2166ac", "o-"),
+    "release": ("release_deg", "#c0392b", "s--"),
+    "closes": ("valve_close_deg", "#c0392b", "s-"),
 }
-"""Column, colour and style of each angle."""
+"""Column, colour, marker and style of each angle."""
 SPEED = ("speed", "r/min")
 """Name and unit of the x axis of most panels."""
 
@@ -99,9 +100,9 @@ def _draw_angles(axis: Axes, archive: Archive, kind: str) -> Axes:
     open_, close = v[f"{kind}_valve_open_deg"], v[f"{kind}_valve_close_deg"]
     axis.fill_between(v["speed_rpm"], open_, close, color="0.94", lw=0)
     for label, (name, colour, style) in ANGLES.items():
-        axis.plot(v["speed_rpm"], v[f"{kind}_{name}"], style, color=colour, marker="o", ms=3, label=label)
+        axis.plot(v["speed_rpm"], v[f"{kind}_{name}"], style, color=colour, ms=3, label=label)
     draw_zero(axis)
-    label_axes(axis, x=SPEED, title=LOOKS[kind][1])
+    label_axes(axis, x=SPEED, title=LOOKS[kind][2])
     return axis
 
 
@@ -112,9 +113,9 @@ def _plot_torque_and_air(archive: Archive) -> Figure:
     draw_over_speed(right, archive, "specific_air_kg_per_kWh")
     draw_zero(left)
     label_axes(left, y=("brake torque", "N m"), title="Torque")
-    left.legend()
     label_axes(right, y=("specific air", "kg/kWh"), title="All air, control air counted, over brake work")
     right.set_ylim(0.0, MAX_SPECIFIC_AIR)
+    add_figure_legend(figure, left.get_legend_handles_labels()[0])
     return figure
 
 
@@ -146,8 +147,8 @@ def draw_over_speed(axis: Axes, archive: Archive, column: str) -> Axes:
     """
     v = columns_of(archive)
     for kind in _kinds(v):
-        colour, label = LOOKS[kind]
-        axis.plot(v["speed_rpm"], v[f"{kind}_{column}"], color=colour, marker="o", ms=3, label=label)
+        colour, marker, label = LOOKS[kind]
+        axis.plot(v["speed_rpm"], v[f"{kind}_{column}"], color=colour, marker=marker, ms=4, label=label)
     label_axes(axis, x=SPEED)
     return axis
 
@@ -163,11 +164,11 @@ def _plot_fronts(archive: Archive) -> Figure:
 def _draw_fronts(axis: Axes, archive: Archive) -> Axes:
     """Draw the Pareto front of torque and specific air at each speed, beside the machine's own commands."""
     v = columns_of(archive)
-    for run, (speed, colour) in enumerate(zip(v["speed_rpm"], colours_of(len(v["speed_rpm"]), 0.9), strict=True)):
+    for run, (speed, look) in enumerate(zip(v["speed_rpm"], looks_of(len(v["speed_rpm"]), 0.9), strict=True)):
         x, y = v["front_brake_torque_Nm"][run], v["front_specific_air_kg_per_kWh"][run]
-        axis.plot(x, y, color=colour, marker="o", ms=2.5, label=f"{speed:g}")
+        axis.plot(x, y, ms=3, label=f"{speed:g}", **look)
         own = v["fixed_brake_torque_Nm"][run], v["fixed_specific_air_kg_per_kWh"][run]
-        axis.plot(*own, color=colour, marker="x", ms=7, mew=1.6, lw=0, zorder=3)
+        axis.plot(*own, color=look["color"], marker="x", ms=7, mew=1.6, lw=0, zorder=3)
     add_legend_entry(axis, "fixed", color="0.3", marker="x", ms=7, mew=1.6, lw=0)
     title = "Pareto fronts of torque and all air over brake work"
     label_axes(axis, x=("brake torque", "N m"), y=("specific air", "kg/kWh"), title=title)
@@ -189,9 +190,9 @@ def _draw_pressures(axis: Axes, archive: Archive, ambient_pressure: float) -> Ax
     v = columns_of(archive)
     for size, kind in zip((6, 9, 4), LOOKS, strict=True):  # goals often share the pressure: let both be seen
         if kind in _kinds(v):
-            colour, label = LOOKS[kind]
+            colour, marker, label = LOOKS[kind]
             gauge = gauge_in_mpa(v[f"{kind}_supply_pressure"], ambient_pressure)
-            axis.plot(v["speed_rpm"], gauge, color=colour, marker="o", ms=size, lw=0.4 * size, label=label)
+            axis.plot(v["speed_rpm"], gauge, color=colour, marker=marker, ms=size, lw=0.4 * size, label=label)
     label_axes(axis, x=SPEED, y=("supply pressure", "MPa gauge"))
     axis.set_ylim(0.0, 1.1 * axis.get_ylim()[1])
     return axis

@@ -15,8 +15,8 @@ from apesim.studies.discharge import Discharge, Vessel
 from apesim.studies.figures.discharge import plot_areas, plot_pressures
 from apesim.studies.figures.drawing.conditions import SUPPLY, conditions_of
 from apesim.studies.figures.drawing.files import write_figures
-from apesim.studies.figures.drawing.panels import label_axes, open_column, open_one, open_panels
-from apesim.studies.figures.drawing.style import BLUE, RED, colours_of
+from apesim.studies.figures.drawing.panels import add_legend, label_axes, open_column, open_one, open_panels
+from apesim.studies.figures.drawing.style import BLUE, RED, STYLES, Look, colours_of
 from apesim.studies.figures.valve import plot_map, plot_velocities
 from apesim.studies.operating_conditions import with_control_air
 from apesim.studies.paper.discharge import NOISE, RATE, area_at
@@ -124,15 +124,17 @@ def paper_figures(
 def _plot_lifts(machine: Machine) -> Figure:
     """Plot the lift over time at 0.16, 0.40 and 0.49 MPa gauge (Fig. 6)."""
     figure, axis = open_one((6.4, 3.7))
-    for pressure, colour in zip(LIFT_PRESSURES, colours_of(len(LIFT_PRESSURES), 0.8), strict=True):
+    colours = colours_of(len(LIFT_PRESSURES), 0.8)
+    for pressure, colour, style in zip(LIFT_PRESSURES, colours, STYLES, strict=False):
         supplied = with_control_air(machine, machine.ambient.pressure + pressure * 1e6, TEMPERATURE)
         run = run_bench(supplied, PULSE)
-        axis.plot(run.times * 1e3, run.trace[:, 0] * 1e3, color=colour, label=f"{pressure:.2f} MPa gauge")
+        look: Look = {"color": colour, "ls": style, "label": f"{pressure:.2f} MPa gauge"}
+        axis.plot(run.times * 1e3, run.trace[:, 0] * 1e3, **look)
     axis.axvspan(0.0, PULSE * 1e3, color="0.94", zorder=0, label="solenoids energised")
     label_axes(axis, x=("time", "ms"), y=("lift", "mm"))
     axis.set_xlim(0.0, 2e3 * PULSE)
     axis.set_ylim(bottom=0.0)
-    axis.legend(loc="upper right")
+    add_legend(axis)
     return figure
 
 

@@ -14,6 +14,7 @@ from apesim.archive import Archive
 from apesim.studies.figures.drawing.conditions import conditions_of
 from apesim.studies.figures.drawing.files import write_figures
 from apesim.studies.figures.drawing.panels import (
+    add_figure_legend,
     columns_of,
     gauge_in_mpa,
     label_axes,
@@ -22,10 +23,12 @@ from apesim.studies.figures.drawing.panels import (
     open_panels,
     spread_out,
 )
-from apesim.studies.figures.drawing.style import colours_of
+from apesim.studies.figures.drawing.style import looks_of
 
 STROKES = {"opening": "C0", "closing": "C1"}
 """Colour of each stroke."""
+STROKE_STYLES = {"opening": "-", "closing": "--"}
+"""Style of each stroke's lines."""
 BRAKES = {"softest": ("#d55e00", "-"), "sturdy": ("#0072b2", "--")}
 """Colour and style of each kind of brake: colour-blind eyes distinguish vermilion and blue (Okabe and Ito)."""
 MAX_CURVES = 3
@@ -126,6 +129,13 @@ def _open(titles: Titles, rows: int, height: float, **options: Any) -> tuple[Fig
     return figure, axes
 
 
+def _labelled(handles: Mapping[str, Any]) -> list[Any]:
+    """Handles of a legend with their labels."""
+    for label, handle in handles.items():
+        handle.set_label(label)
+    return list(handles.values())
+
+
 def _plot_fronts(v: Columns, titles: Titles, spacing: float, cost: float) -> Figure:
     """Plot the seating speed against added time, for any spacing of the edges and for that of the solenoids."""
     figure, axes = _open(titles, 1, 3.6, sharey=True)
@@ -141,7 +151,8 @@ def _plot_fronts(v: Columns, titles: Titles, spacing: float, cost: float) -> Fig
                 label = f"{stroke}, edges " + ("at any spacing" if limit == "any" else f"{spacing:.3g} ms apart")
                 if np.isnan(front).all():
                     continue
-                axis.plot(added, front, color=colour, lw=width, drawstyle="steps-post", label=label)
+                look = {"color": colour, "ls": STROKE_STYLES[stroke], "lw": width}
+                axis.plot(added, front, drawstyle="steps-post", label=label, **look)
                 changes = np.flatnonzero(np.diff(front) < 0.0)
                 last = max(last, added[changes[-1] + 1] if len(changes) else 0.0)
         if all(np.isnan(v[f"{stroke}_within_spacing_front_speed"][run]).all() for stroke in STROKES):
@@ -158,7 +169,7 @@ def _plot_fronts(v: Columns, titles: Titles, spacing: float, cost: float) -> Fig
     handles["unbraked"] = legend_handle(color="0.3", marker="o", ls="", ms=5)
     handles["lowest speed before contact, unbraked"] = legend_handle(color="0.3", lw=0.8, ls=":")
     handles["time allowed"] = legend_handle(color="0.4", lw=0.9, ls="--")
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=8)
+    add_figure_legend(figure, _labelled(handles), fontsize=8)
     return figure
 
 
@@ -200,10 +211,10 @@ def draw_over_spacing(axis: Axes, v: Columns, titles: Titles, spacing: float, co
     >>> axis.lines[0].get_label(), axis.lines[0].get_ydata().tolist()
     ('0.4 MPa gauge, opening', [0.25, 0.5])
     """
-    for (run, title), colour in zip(titles, colours_of(len(titles)), strict=True):
-        for stroke, style in zip(STROKES, ("-", "--"), strict=True):
+    for (run, title), look in zip(titles, looks_of(len(titles)), strict=True):
+        for stroke, style in STROKE_STYLES.items():
             share = v[f"{stroke}_speed_over_spacing"][run] / v[f"{stroke}_seating_speed"][run]
-            axis.plot(1e3 * v["spacing"], share, color=colour, ls=style, marker="o", ms=3, label=f"{title}, {stroke}")
+            axis.plot(1e3 * v["spacing"], share, ls=style, ms=3.5, label=f"{title}, {stroke}", **look)
     axis.axvline(spacing, color="0.3", lw=0.9, ls=":", label=f"the solenoids' {spacing:.3g} ms")
     x, y = ("shortest time between two edges", "ms"), ("seating speed over unbraked", "-")
     label_axes(axis, x=x, y=y, title=f"Softest landing for {cost:.3g} ms")
@@ -248,7 +259,7 @@ def _plot_traces(v: Columns, titles: Titles, stroke: str, dwell: float) -> Figur
         legend_handle(color="C3", ls="--"),
     )
     names = ("unbraked", "softest brake", "command", "energised fraction")
-    figure.legend(handles, names, loc="outside lower center", ncols=4)
+    add_figure_legend(figure, _labelled(dict(zip(names, handles, strict=True))))
     return figure
 
 
@@ -279,5 +290,5 @@ def _plot_robustness(v: Columns, titles: Titles) -> Figure:
     for offset, marker in zip(offsets, MARKERS, strict=True):
         handles[f"{offset:+g} K"] = legend_handle(color="0.3", marker=marker, ls="", ms=5)
     handles["falls off its stop"] = legend_handle(color="0.3", marker="o", mfc="white", ls="", ms=5)
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=len(handles))
+    add_figure_legend(figure, _labelled(handles))
     return figure

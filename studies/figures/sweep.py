@@ -15,6 +15,7 @@ from apesim.studies.figures.drawing.conditions import conditions_of
 from apesim.studies.figures.drawing.files import write_figures
 from apesim.studies.figures.drawing.panels import (
     MAX_SPECIFIC_AIR,
+    add_figure_legend,
     add_legend_entry,
     draw_zero,
     label_axes,
@@ -22,7 +23,7 @@ from apesim.studies.figures.drawing.panels import (
     open_column,
     open_row,
 )
-from apesim.studies.figures.drawing.style import BLUE, GREY, RED, Look
+from apesim.studies.figures.drawing.style import BLUE, GREY, RED, Look, spaced
 from apesim.studies.sweep.plan import in_one_unit
 from apesim.studies.sweep.results import has_incomplete_stroke
 
@@ -218,7 +219,7 @@ def _plot_torque_and_air(
     for name in actuations_in(archive):
         runs, x = along(name)
         line: Look = {"color": COLOURS[name], "marker": MARKERS[name]}
-        dashed: Look = {"color": COLOURS[name], "lw": 1, "ls": "--"}
+        dashed: Look = line | {"lw": 1, "ls": "--", "ms": 2}
         torque, air = (v[column].values[runs] for column in ("brake_torque_Nm", "specific_air_kg_per_kWh"))
         left.plot(x, torque, ms=3.5, label=NAMES[name], **line)
         left.plot(x, v["indicated_torque_Nm"].values[runs], **dashed)
@@ -236,36 +237,44 @@ def _plot_torque_and_air(
     right.set_ylim(0.0, MAX_SPECIFIC_AIR)
     for axis in (left, right):
         axis.set_xlabel(label)
-    figure.legend(loc="outside lower center", ncols=7)
+    add_figure_legend(figure, left.get_legend_handles_labels()[0])
     if where:
         figure.suptitle(where, fontsize=9.5)
     return figure
 
 
 def _plot_indicator_diagrams(archive: Archive, speeds_rpm: Sequence[float] = (400.0, 1000.0, 1600.0)) -> Figure:
-    """Plot cylinder pressure over volume at some speeds, all actuations."""
-    figure, panels = open_row(len(speeds_rpm), (9.2, 3.4), sharey=True)
-    for axis, speed_rpm in zip(panels, speeds_rpm, strict=True):
+    """Plot cylinder pressure over volume at the speeds nearest to some, all actuations."""
+    speeds = np.unique(archive.variables["speed_rpm"].values)
+    nearest = np.unique([speeds[np.argmin(np.abs(speeds - speed_rpm))] for speed_rpm in speeds_rpm])
+    figure, panels = open_row(len(nearest), (3.1 * max(len(nearest), 2), 3.8), sharey=True)
+    for axis, speed_rpm in zip(panels, nearest, strict=True):
         _draw_indicator_diagram(axis, archive, speed_rpm)
     label_axes(panels[0], y=("cylinder pressure", "MPa abs"))
-    panels[-1].legend()
+    add_figure_legend(figure, panels[0].get_legend_handles_labels()[0])
     return figure
 
 
 def _draw_indicator_diagram(axis: Axes, archive: Archive, speed_rpm: float) -> Axes:
     """Draw cylinder pressure over volume at a speed, a line for each actuation."""
-    v = archive.variables
-    for name in actuations_in(archive):
+    v, names = archive.variables, actuations_in(archive)
+    for number, name in enumerate(names):
         run = _run_near(archive, name, speed_rpm)
         if run is None:
             continue
         volume = v["cylinder_volume"].values[run] * 1e6
         pressure = v["cylinder_pressure"].values[run] / 1e6
-        axis.plot(volume, pressure, color=COLOURS[name], label=NAMES[name], lw=1.3)
+        marks = _marks(name, len(volume), number, len(names))
+        axis.plot(volume, pressure, label=NAMES[name], lw=1.3, **marks)
         axis.set_title(f"{v['speed_rpm'].values[run]:g} r/min")
     label_axes(axis, x=("cylinder volume", "cm³"))
     axis.set_ylim(bottom=0.0)
     return axis
+
+
+def _marks(name: str, size: int, number: int, count: int) -> Look:
+    """Look of a trace of an actuation, with a few markers."""
+    return {"color": COLOURS[name], "marker": MARKERS[name], "ms": 3.5, "markevery": spaced(size, number, count)}
 
 
 def plot_cycle(archive: Archive, speed_rpm: float = 1000.0) -> Figure:
@@ -300,27 +309,29 @@ def plot_cycle(archive: Archive, speed_rpm: float = 1000.0) -> Figure:
     figure, panels = open_column(3, (7.4, 7.0))
     lift, chambers, cylinder = panels
     at_speed = ""
-    for name in actuations_in(archive):
+    names = actuations_in(archive)
+    for number, name in enumerate(names):
         run = _run_near(archive, name, speed_rpm)
         if run is None:
             continue
+        look = _marks(name, len(angle), number, len(names))
         at_speed = f" at {v['speed_rpm'].values[run]:g} r/min"
-        lift.plot(angle, v["lift"].values[run, order] * 1e3, color=COLOURS[name], label=NAMES[name])
-        cylinder.plot(angle, v["cylinder_pressure"].values[run, order] / 1e6, color=COLOURS[name])
+        lift.plot(angle, v["lift"].values[run, order] * 1e3, label=NAMES[name], **look)
+        cylinder.plot(angle, v["cylinder_pressure"].values[run, order] / 1e6, **look)
         if name.startswith("epv"):
             for letter, style in (("a", "-"), ("b", "--")):
                 pressure = v[f"pressure_{letter}"].values[run, order] / 1e6
-                chambers.plot(angle, pressure, color=COLOURS[name], ls=style)
+                chambers.plot(angle, pressure, ls=style, **look)
     label_axes(lift, y=("intake lift", "mm"), title=f"One cycle{at_speed}")
-    lift.legend()
     label_axes(chambers, y=("chamber pressure", "MPa abs"))
     if chambers.lines:
         for style, label in (("-", "A, which pushes to closed"), ("--", "B, which pushes to open")):
             add_legend_entry(chambers, label, color=GREY, ls=style)
-        chambers.legend(loc="center", bbox_to_anchor=(0.85, 0.5))
     label_axes(cylinder, x=("crank angle after TDC", "deg"), y=("cylinder pressure", "MPa abs"))
     cylinder.set_xlim(TRACE_START, TRACE_START + 360.0)
     cylinder.set_xticks(np.arange(TRACE_START, TRACE_START + 361.0, 45.0))
     for axis in panels:
         axis.set_ylim(bottom=0.0)
+    handles = lift.get_legend_handles_labels()[0] + chambers.get_legend_handles_labels()[0]
+    add_figure_legend(figure, handles)
     return figure

@@ -15,13 +15,14 @@ from apesim.studies.figures.drawing.conditions import conditions_of, supply_keys
 from apesim.studies.figures.drawing.files import write_figures
 from apesim.studies.figures.drawing.panels import (
     MAX_SPECIFIC_AIR,
+    add_figure_legend,
     add_legend_entry,
     draw_zero,
     gauge_in_mpa,
     label_axes,
     open_row,
 )
-from apesim.studies.figures.drawing.style import colours_of
+from apesim.studies.figures.drawing.style import Look, looks_of
 from apesim.studies.timing.grid import TimingMap
 
 SPEED = ("speed", "r/min")
@@ -67,11 +68,11 @@ def _columns(timing_map: TimingMap) -> dict[str, np.ndarray]:
     }
 
 
-def _pressures(axes: Any, ambient_pressure: float) -> list[tuple[int, np.ndarray, str]]:
-    """Number, colour and label of each pressure."""
-    colours = colours_of(len(axes.pressures))
+def _pressures(axes: Any, ambient_pressure: float) -> list[tuple[int, Look, str]]:
+    """Number, look and label of each pressure."""
+    looks = looks_of(len(axes.pressures))
     labels = [f"{gauge_in_mpa(pressure, ambient_pressure):.3g} MPa gauge" for pressure in axes.pressures]
-    return list(zip(range(len(labels)), colours, labels, strict=True))
+    return list(zip(range(len(labels)), looks, labels, strict=True))
 
 
 def _middle(axes: Any) -> tuple[int, str]:
@@ -88,7 +89,7 @@ def _plot_advances(timing_map: TimingMap, ambient_pressure: float) -> Figure:
     add_legend_entry(panels[0], "by the delay on the bench", lw=0.9, ls="--")
     label_axes(panels[0], y=("target less command angle", "deg"))
     panels[0].set_ylim(bottom=0.0)
-    panels[0].legend()
+    add_figure_legend(figure, panels[0].get_legend_handles_labels()[0])
     return figure
 
 
@@ -131,10 +132,10 @@ def draw_advance(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *, 
         "energise": ("advance_deg", command.open_target),
         "release": ("release_advance_deg", command.close_target),
     }[edge]
-    for j, colour, label in _pressures(axes, ambient_pressure):
+    for j, look, label in _pressures(axes, ambient_pressure):
         by_bench = target / DEGREE - v[f"shortcut_{edge}_deg"][:, j, k]
-        axis.plot(speed, v[advance][:, j, k], color=colour, marker="o", ms=3, label=label)
-        axis.plot(speed, by_bench, color=colour, lw=0.9, ls="--")
+        axis.plot(speed, v[advance][:, j, k], ms=3, label=label, **look)
+        axis.plot(speed, by_bench, lw=0.9, ls="--", ms=1.5, **look)
     label_axes(axis, x=SPEED, title=f"{edge}, {temperature}")
     return axis
 
@@ -148,9 +149,9 @@ def _plot_won_back(timing_map: TimingMap, ambient_pressure: float) -> Figure:
     draw_zero(left)
     add_legend_entry(left, "fixed", lw=1, ls="--")
     label_axes(left, y=("brake torque", "N m"), title=f"Torque, {temperature}")
-    left.legend()
     label_axes(right, y=("specific air", "kg/kWh"), title="All air, control air counted, over brake work")
     right.set_ylim(0.0, MAX_SPECIFIC_AIR)
+    add_figure_legend(figure, left.get_legend_handles_labels()[0])
     return figure
 
 
@@ -159,9 +160,9 @@ def _draw_won_back(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *
     axes, v = timing_map.axes, _columns(timing_map)
     k, _ = _middle(axes)
     speed = v["speed_rpm"][:, 0, k]
-    for j, colour, label in _pressures(axes, ambient_pressure):
-        axis.plot(speed, v[column][:, j, k], color=colour, marker="o", ms=3, label=label)
-        axis.plot(speed, v[f"fixed_{column}"][:, j, k], color=colour, lw=1, ls="--")
+    for j, look, label in _pressures(axes, ambient_pressure):
+        axis.plot(speed, v[column][:, j, k], ms=3, label=label, **look)
+        axis.plot(speed, v[f"fixed_{column}"][:, j, k], lw=1, ls="--", ms=1.5, **look)
     label_axes(axis, x=SPEED)
     return axis
 
@@ -173,13 +174,14 @@ def _plot_shortcut(timing_map: TimingMap, ambient_pressure: float) -> Figure:
     figure, panels = open_row(2)
     speed = v["speed_rpm"][:, 0, k]
     for axis, name in zip(panels, ("open", "close"), strict=True):
-        for j, colour, label in _pressures(axes, ambient_pressure):
-            axis.plot(speed, v[f"shortcut_{name}_error_deg"][:, j, k], color=colour, marker="o", ms=3, label=label)
+        for j, look, label in _pressures(axes, ambient_pressure):
+            axis.plot(speed, v[f"shortcut_{name}_error_deg"][:, j, k], ms=3, label=label, **look)
         draw_zero(axis)
         axis.set_xlim(speed[0] - 50.0, speed[-1] + 50.0)
         title = f"{name.removesuffix('e')}ing, {temperature}"
         label_axes(axis, x=SPEED, y=("true less target angle", "deg"), title=title)
-    panels[1].legend(title="a line ends where the shortcut\ndoes not open the valve", title_fontsize=8)
+    title = "a line ends where the shortcut does not open the valve"
+    add_figure_legend(figure, panels[1].get_legend_handles_labels()[0], title=title)
     return figure
 
 
@@ -190,14 +192,14 @@ def _plot_temperature_law(timing_map: TimingMap, ambient_pressure: float) -> Fig
     figure, panels = open_row(2)
     ends = axes.temperatures[[0, -1]]
     for axis, name, title in zip(panels, ("advance", "release_advance"), ("energise", "release"), strict=True):
-        for j, colour, label in _pressures(axes, ambient_pressure):
+        for j, look, label in _pressures(axes, ambient_pressure):
             times = v[f"{name}_deg"][i, j] * DEGREE / axes.speeds[i] * 1e3
-            axis.plot(axes.temperatures, times, color=colour, marker="o", ms=4, lw=0, label=label)
+            axis.plot(axes.temperatures, times, ms=4, lw=0, label=label, **look)
             for law in timing_map.laws[name]:
                 if law.speed == axes.speeds[i] and law.pressure == axes.pressures[j]:
-                    axis.plot(ends, 1e3 * (law.at_reference + law.slope * (ends - 287.0)), color=colour, lw=1)
+                    axis.plot(ends, 1e3 * (law.at_reference + law.slope * (ends - 287.0)), color=look["color"], lw=1)
         at_speed = f"{axes.speeds[i] / TURN * 60.0:.5g} r/min"
         temperature = ("temperature of the control air", "K")
         label_axes(axis, x=temperature, y=("advance as a time", "ms"), title=f"{title}, {at_speed}")
-    panels[0].legend()
+    add_figure_legend(figure, panels[0].get_legend_handles_labels()[0])
     return figure

@@ -15,8 +15,9 @@ from matplotlib.ticker import MaxNLocator
 from apesim.archive import Archive
 from apesim.studies.figures.drawing.conditions import SUPPLY, conditions_of
 from apesim.studies.figures.drawing.files import write_figures
-from apesim.studies.figures.drawing.lines import STYLES, draw_over_pressure, draw_own_point
+from apesim.studies.figures.drawing.lines import draw_over_pressure, draw_own_point
 from apesim.studies.figures.drawing.panels import (
+    add_figure_legend,
     columns_of,
     gauge_in_mpa,
     label_axes,
@@ -25,8 +26,7 @@ from apesim.studies.figures.drawing.panels import (
     open_row,
     spread_out,
 )
-from apesim.studies.figures.drawing.style import Look, colours_of
-from apesim.studies.limit.design_rule import PAPER_RPM
+from apesim.studies.figures.drawing.style import Look, looks_of, spaced
 from apesim.studies.limit.points import Point, own_run
 
 MAPS = {
@@ -219,7 +219,7 @@ def plot_velocities(archive: Archive, ambient_pressure: float, max_traces: int =
     release = float(archive.provenance["pulse_s"]) * 1e3
     figure, panels = open_row(2, SIZE, sharey=True)
     last = 0.0
-    for colour, number in zip(colours_of(len(shown), 0.9), shown, strict=True):
+    for look, number in zip(looks_of(len(shown), 0.9), shown, strict=True):
         run = number * len(temperatures) + middle
         velocity = v["velocity"].values[run]
         moving = np.flatnonzero((np.abs(velocity) > 0.0) & (time < release))
@@ -230,13 +230,14 @@ def plot_velocities(archive: Archive, ambient_pressure: float, max_traces: int =
             row = np.searchsorted(time - start, contact)
             times = np.insert(time - start, row, [contact] * 2)
             speeds = np.insert(sign * velocity, row, [v[f"{stroke}_seating_speed_m_s"].values[run], 0.0])
-            axis.plot(times, speeds, color=colour, lw=1.3, label=f"{pressures[number]:.3g}")
+            every = spaced(max(int(np.searchsorted(times, last)), 1), list(shown).index(number), len(shown))
+            axis.plot(times, speeds, lw=1.3, ms=3.5, markevery=every, label=f"{pressures[number]:.3g}", **look)
     for axis, stroke in zip(panels, STROKES, strict=True):
         label_axes(axis, x=("time after the command", "ms"), title=f"{stroke}, {temperatures[middle]:g} K")
         axis.set_xlim(0.0, last + 2.0)
         axis.set_ylim(bottom=0.0)
     label_axes(panels[0], y=("speed of the piston", "m/s"))
-    panels[1].legend(title="control pressure\n[MPa gauge]")
+    add_figure_legend(figure, panels[1].get_legend_handles_labels()[0], title="control pressure [MPa gauge]")
     return figure
 
 
@@ -287,7 +288,7 @@ def _hz_of(rpm: Any) -> Any:
 
 
 def draw_limits(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
-    """Draw the working limit over pressure, a line for each temperature and duty, against the paper's 30 Hz.
+    """Draw the working limit over pressure, a line for each temperature and duty.
 
     Parameters
     ----------
@@ -318,12 +319,9 @@ def draw_limits(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
     draw_over_pressure(axis, of_grid, "limit_hz", parameter="duty", label="duty {:g}", brightest=0.9, **common)
     own = own_run(v)
     draw_own_point(axis, v, "limit_hz", more=f", duty {v['duty'][own]:.3g}", **common)
-    for speed, style in zip(PAPER_RPM.values(), STYLES, strict=False):
-        axis.axhline(speed / 60.0, color="0.3", lw=0.9, ls=style, label=f"{speed / 60.0:.3g} Hz = {speed:g} r/min")
     title = "Every stroke complete"
-    if not np.isnan(v["rule_window_deg"][own]):
-        time, needed = 1e3 * v["rule_lap_to_lap_s"][own], v["rule_window_deg"][own]
-        title += f"; at its own point above the lap\nfor {time:.2f} ms, so that 30 Hz need a window of {needed:.0f}°"
+    if not np.isnan(v["rule_lap_to_lap_s"][own]):
+        title += f"; at its own point above the lap for {1e3 * v['rule_lap_to_lap_s'][own]:.2f} ms"
     label_axes(axis, x=("control pressure", "MPa gauge"), y=("highest working rate", "Hz"), title=title)
     axis.set_ylim(bottom=0.0)
     side = axis.secondary_yaxis("right", functions=(_rpm_of, _hz_of))

@@ -125,11 +125,12 @@ class EngineLimitMap(GridResult):
         ('supply pressure [MPa gauge]', 'highest speed [r/min]')
         """
         from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.drawing.panels import add_legend
         from apesim.studies.figures.engine_limit import draw_limits
 
         ax = axes_for(ax)
         draw_limits(ax, self.archive, self.ambient_pressure)
-        ax.legend()
+        add_legend(ax)
         return ax
 
 

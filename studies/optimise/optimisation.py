@@ -110,12 +110,13 @@ class OptimalCommands(GridResult):
         'brake torque [N m]'
         """
         from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.drawing.panels import add_legend
         from apesim.studies.figures.optimise import draw_over_speed
 
         ax = axes_for(ax)
         draw_over_speed(ax, self.archive, "brake_torque_Nm")
         ax.set_ylabel("brake torque [N m]")
-        ax.legend()
+        add_legend(ax)
         return ax
 
 

@@ -119,11 +119,12 @@ class SoftLanding(GridResult):
         'shortest time between two edges [ms]'
         """
         from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.drawing.panels import add_legend
         from apesim.studies.figures.soft_landing import draw_over_spacing, shown_of
 
         ax = axes_for(ax)
         draw_over_spacing(ax, *shown_of(self.archive, self.ambient_pressure))
-        ax.legend()
+        add_legend(ax)
         return ax
 
 

@@ -136,12 +136,13 @@ class CorrectedTiming(GridResult):
         'target less command angle [deg]'
         """
         from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.drawing.panels import add_legend
         from apesim.studies.figures.timing import draw_advance
 
         ax = axes_for(ax)
         draw_advance(ax, self.map, self.ambient_pressure, edge=edge)
         ax.set_ylabel("target less command angle [deg]")
-        ax.legend()
+        add_legend(ax)
         return ax
 
 

@@ -6,11 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from apesim.studies.figures.drawing.panels import gauge_in_mpa
-from apesim.studies.figures.drawing.style import RED, Look, colours_of
+from apesim.studies.figures.drawing.style import RED, STYLES, Look, looks_of
 from apesim.studies.limit.points import own_run
 
-STYLES = ("-", "--", ":", "-.")
-"""Styles of lines, in turn."""
 OWN_POINT: Look = {"marker": "*", "ls": "", "color": RED, "ms": 11}
 """Look of the machine's own point."""
 
@@ -56,10 +54,10 @@ def draw_over_pressure(
     """
     pressure = gauge_in_mpa(v["supply_pressure"], ambient_pressure)
     temperatures, values = np.unique(v["supply_temperature"]), np.unique(v[parameter])
-    for value, colour in zip(values, colours_of(len(values), brightest), strict=True):
+    for value, own in zip(values, looks_of(len(values), brightest), strict=True):
         for number, temperature in enumerate(temperatures):
             chosen = (v[parameter] == value) & (v["supply_temperature"] == temperature)
-            look: Look = {"color": colour, "ls": STYLES[number % len(STYLES)], "marker": "o", "ms": 3}
+            look: Look = own | {"ls": STYLES[number % len(STYLES)], "ms": 3.5}
             axis.plot(pressure[chosen], v[column][chosen], label=f"{label.format(value)}, {temperature:g} K", **look)
 
 

@@ -1,5 +1,7 @@
 """Figures and their panels: opening them, naming their axes with units, lines and legend entries that many have."""
 
+import textwrap
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,10 @@ ONE, TWO = (7.4, 3.8), (9.2, 3.9)
 """Usual size of a figure with one panel, and of one with two side by side [inch]."""
 MIN_GAP = 4.0
 """Gap between samples over the usual step, from which no line is drawn across: a few cells may be missing."""
+MAX_COLUMNS = 3
+"""Panels side by side: more would make a strip that no page and no screen shows."""
+LABEL_LETTERS = 44
+"""Letters on a line of a legend: half the width of a page."""
 MAX_SPECIFIC_AIR = 150.0
 """Upper end of axes of specific air [kg/kWh]: it grows without bound as the work goes to zero."""
 
@@ -130,6 +136,124 @@ def open_one(size: tuple[float, float] = ONE) -> tuple[Figure, Axes]:
     """
     figure, panels = open_panels(1, 1, size)
     return figure, panels[0, 0]
+
+
+def open_wrapped(count: int, panel: tuple[float, float], **options: Any) -> tuple[Figure, np.ndarray]:
+    """Open a figure with panels side by side, `MAX_COLUMNS` a row; see `open_panels`.
+
+    Parameters
+    ----------
+    count : int
+        Number of panels.
+    panel : tuple of float
+        Width and height of each [inch].
+    **options
+        What `open_panels` takes.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+    panels : (count,) array of matplotlib.axes.Axes
+        Those that are left over in the last row are gone.
+
+    Examples
+    --------
+    >>> figure, panels = open_wrapped(7, (3.0, 2.6))
+    >>> len(figure.axes), figure.get_size_inches().round(1).tolist()
+    (7, [9.0, 7.8])
+    """
+    columns = max(min(count, MAX_COLUMNS), 1)
+    rows = max(-(-count // columns), 1)
+    figure, panels = open_panels(rows, columns, (panel[0] * columns, panel[1] * rows), **options)
+    for axis in panels.ravel()[count:]:
+        axis.remove()
+    return figure, panels.ravel()[:count]
+
+
+def add_legend(axis: Axes, **options: Any) -> None:
+    """Add a legend to a panel where none of its lines runs: where there is room, else above them all.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+        Its upper limit is raised where no place is free.
+    **options
+        What `matplotlib.axes.Axes.legend` takes, e.g. ``title="speed [r/min]"``.
+
+    Examples
+    --------
+    >>> _, panel = open_one()
+    >>> _ = panel.plot([0.0, 1.0], [0.0, 1.0], label="torque")
+    >>> add_legend(panel)
+    >>> [text.get_text() for text in panel.get_legend().get_texts()]
+    ['torque']
+    """
+    handles, _ = axis.get_legend_handles_labels()
+    if not handles:
+        return
+    figure = axis.get_figure(root=True)
+    assert figure is not None
+    axis.legend(loc="best", **options)
+    figure.draw_without_rendering()
+    if not _is_covered(axis):
+        return
+    axis.legend(loc="upper center", **{"ncols": min(len(handles), MAX_COLUMNS)} | options)
+    figure.draw_without_rendering()
+    legend = axis.get_legend()
+    assert legend is not None
+    free = 1.0 - (legend.get_window_extent().height + 12.0) / axis.get_window_extent().height
+    if free <= 0.3:  # taller than the panel bears: beside it
+        axis.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0, **options)
+        return
+    scale = axis.transScale
+    low, high = (scale.transform((1.0, end))[1] for end in axis.get_ylim())
+    axis.set_ylim(top=scale.inverted().transform((1.0, low + (high - low) / free))[1])
+
+
+def _is_covered(axis: Axes) -> bool:
+    """Whether a line, a marker or a bar of a panel runs through its legend."""
+    legend = axis.get_legend()
+    assert legend is not None
+    box = legend.get_window_extent().padded(2.0)
+    for line in axis.lines:
+        path = line.get_transform().transform_path(line.get_path()).cleaned(remove_nans=True, curves=False)
+        if line.get_linestyle() == "None":
+            if len(path.vertices) and box.count_contains(path.vertices[:-1]):
+                return True
+        elif len(path.vertices) > 1 and path.intersects_bbox(box, filled=False):
+            return True
+    whole = axis.get_window_extent()
+    bars = [patch.get_window_extent() for patch in axis.patches]
+    return any(bar.overlaps(box) for bar in bars if bar.height < whole.height and bar.width < whole.width)
+
+
+def add_figure_legend(figure: Figure, handles: Sequence[Any], *, side: str = "lower", **options: Any) -> None:
+    """Add a legend outside all panels, in as many columns as the figure is wide; long labels are wrapped.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    handles : sequence of matplotlib.artist.Artist
+        What it explains, each with its label.
+    side : {"lower", "upper"}
+        Below the panels, or above them.
+    **options
+        What `matplotlib.figure.Figure.legend` takes.
+
+    Examples
+    --------
+    >>> figure, panel = open_one((4.0, 3.0))
+    >>> lines = [panel.plot([0.0], [0.0], label=f"calibrated model with effect {number}")[0] for number in range(4)]
+    >>> add_figure_legend(figure, lines)
+    >>> figure.legends[0]._ncols
+    1
+    """
+    labels = [textwrap.fill(str(handle.get_label()), LABEL_LETTERS) for handle in handles]
+    for ncols in range(max(len(handles), 1), 0, -1):
+        legend = figure.legend(handles, labels, loc=f"outside {side} center", ncols=ncols, **options)
+        if ncols == 1 or legend.get_window_extent().width < figure.bbox.width:
+            return
+        legend.remove()
 
 
 def label_axes(

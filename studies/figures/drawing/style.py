@@ -30,6 +30,59 @@ GREY = "0.4"
 """Colour of what stands for several colours in a legend."""
 
 
+STYLES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)))
+"""Styles of lines, in turn: what colours distinguish, grey print distinguishes by these or by markers."""
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+"""Markers of points, in turn."""
+
+
+def looks_of(count: int, brightest: float = 0.85) -> list[Look]:
+    """Colours for an ordered quantity, each with a marker of its own, so that grey print distinguishes them.
+
+    Parameters
+    ----------
+    count : int
+    brightest : float
+        Place of the last colour on the colour map, 0 to 1.
+
+    Returns
+    -------
+    list of dict
+        Options of lines.
+
+    Examples
+    --------
+    >>> [look["marker"] for look in looks_of(3)]
+    ['o', 's', '^']
+    """
+    colours = colours_of(count, brightest)
+    return [{"color": colour, "marker": MARKERS[number % len(MARKERS)]} for number, colour in enumerate(colours)]
+
+
+def spaced(size: int, number: int, count: int) -> tuple[int, int]:
+    """Samples of a trace that bear a marker: a few, and others for each of several traces.
+
+    Parameters
+    ----------
+    size : int
+        Samples of the trace.
+    number, count : int
+        Number of the trace, from 0, and how many there are.
+
+    Returns
+    -------
+    tuple of int
+        First sample and step, as ``markevery`` of a line takes them.
+
+    Examples
+    --------
+    >>> spaced(720, 1, 4)
+    (11, 45)
+    """
+    step = max(size // 16, 1)
+    return step * number // max(count, 1), step
+
+
 def colours_of(count: int, brightest: float = 0.85) -> np.ndarray:
     """Colours for an ordered quantity, from dark to bright.
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from apesim.studies.figures.drawing.panels import legend_handle, open_one
+from apesim.studies.figures.drawing.panels import add_figure_legend, legend_handle, open_one
 from apesim.studies.figures.gap.looks import AFTER, BEFORE, THRESHOLD, WIDTH
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def plot_candidates(rows: "Sequence[TriedCandidate]") -> Figure:
         legend_handle(ls="", marker="o", color=AFTER, label="realised, fitted through the simulator"),
         legend_handle(label=f"{CLEAR:g} sigmas", **THRESHOLD),
     ]
-    figure.legend(handles=handles, loc="outside upper right", ncols=3)
+    add_figure_legend(figure, handles, side="upper")
     return figure
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from apesim.studies.figures.drawing.panels import draw_zero, open_row
+from apesim.studies.figures.drawing.panels import MAX_COLUMNS, draw_zero, open_wrapped
 from apesim.studies.figures.drawing.style import Look
 from apesim.studies.figures.gap.looks import AFTER, WIDTH
 from apesim.studies.gap.report.effect_rows import NORMAL_95
@@ -35,7 +35,7 @@ def plot_branches(latent: "Sequence[Branch]") -> Figure:
     >>> figure.axes[0].get_ylabel()
     'force to closed [N]'
     """
-    figure, panels = open_row(len(latent), (WIDTH, 2.9))
+    figure, panels = open_wrapped(len(latent), (WIDTH / min(len(latent), MAX_COLUMNS), 2.9))
     for axis, branch in zip(panels, latent, strict=True):
         _draw_branch(axis, branch)
     return figure

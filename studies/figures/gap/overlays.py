@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from apesim.studies.figures.drawing.panels import break_at_gaps, find_gaps, label_axes, open_panels
+from apesim.studies.figures.drawing.panels import add_figure_legend, break_at_gaps, find_gaps, label_axes, open_panels
 from apesim.studies.figures.gap.looks import AFTER, BEFORE, MEASURED, WIDTH, WORDS
 from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.report.comparison import find_display
@@ -81,7 +81,7 @@ def plot_overlays(chosen: "Sequence[ComparedSignal]", added: str, ambient_pressu
     figure.align_ylabels()
     handles, _ = axes[0].get_legend_handles_labels()
     handles += [Patch(facecolor=colour, edgecolor="0.7", lw=0.5, label=name) for name, colour in shades.items()]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    add_figure_legend(figure, handles)
     return figure
 
 
@@ -137,16 +137,18 @@ def draw_left(axis: Axes, signal: "ComparedSignal", added: str) -> Axes:
     axis.axhspan(-NOISE_BAND, NOISE_BAND, color="0.93", lw=0, zorder=0, label="what noise alone fills")
     _draw_residuals(axis, x, (signal.before - block.values) / signal.noise, BEFORE, "calibrated model")
     if signal.after is not None:
-        _draw_residuals(axis, x, (signal.after - block.values) / signal.noise, AFTER, added)
+        _draw_residuals(axis, x, (signal.after - block.values) / signal.noise, AFTER, added, "--")
     over = OVER.get(block.run.bench, ("time after the command", "ms"))
     label_axes(axis, x=over)
     return axis
 
 
-def _draw_residuals(axis: Axes, x: np.ndarray, residuals: np.ndarray, colour: str, label: str) -> None:
+def _draw_residuals(
+    axis: Axes, x: np.ndarray, residuals: np.ndarray, colour: str, label: str, style: str = "-"
+) -> None:
     """Draw residuals: their samples pale, their running mean strong."""
     if len(residuals) <= MEAN_SAMPLES:
-        axis.plot(x, residuals, color=colour, lw=1.3, label=label)
+        axis.plot(x, residuals, color=colour, lw=1.3, ls=style, label=label)
         return
     axis.plot(*break_at_gaps(x, residuals), color=colour, lw=0.6, alpha=0.35)
     gaps = find_gaps(x)
@@ -154,7 +156,7 @@ def _draw_residuals(axis: Axes, x: np.ndarray, residuals: np.ndarray, colour: st
         if len(part) >= MEAN_SAMPLES:
             mean = np.convolve(part, np.full(MEAN_SAMPLES, 1.0 / MEAN_SAMPLES), "valid")
             first = MEAN_SAMPLES // 2
-            axis.plot(places[first : first + len(mean)], mean, color=colour, lw=1.3, label=label)
+            axis.plot(places[first : first + len(mean)], mean, color=colour, lw=1.3, ls=style, label=label)
             label = ""
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from apesim.studies.figures.drawing.panels import legend_handle, open_one
+from apesim.studies.figures.drawing.panels import add_figure_legend, legend_handle, open_one
 from apesim.studies.figures.drawing.style import Look
 from apesim.studies.figures.gap.looks import AFTER, BEFORE, THRESHOLD, WIDTH, WORDS
 from apesim.studies.gap.decide.operating_points import label_point
@@ -18,6 +18,8 @@ from apesim.studies.measured import CHECK
 if TYPE_CHECKING:
     from apesim.studies.gap.report.comparison import ComparedSignal
 
+HATCH = "////"
+"""Stripes of the bars after something was added: in grey print their colour is that of the others."""
 SPACE = 0.6
 """Space between runs of different roles, in heights of a run."""
 
@@ -53,9 +55,9 @@ def plot_sizes(compared: "Sequence[ComparedSignal]", added: str, ambient_pressur
     _draw_sizes(axis, compared, ambient_pressure)
     handles: list[Patch | Line2D] = [Patch(color=BEFORE, label="calibrated model")]
     if _has_after(compared):
-        handles.append(Patch(color=AFTER, label=added))
+        handles.append(Patch(fc=AFTER, ec="white", lw=0, hatch=HATCH, label=added))
     handles.append(legend_handle(label="noise alone", **THRESHOLD))
-    figure.legend(handles=handles, loc="outside upper right", ncols=3)
+    add_figure_legend(figure, handles, side="upper")
     return figure
 
 
@@ -76,9 +78,10 @@ def _draw_sizes(axis: Axes, compared: "Sequence[ComparedSignal]", ambient_pressu
         if after:
             bars.append((find_rms(after), AFTER))
         for k, (size, colour) in enumerate(bars):
+            striped: Look = {"hatch": HATCH, "ec": "white"} if colour == AFTER else {}
             height = 0.8 / len(bars)
             y = place - 0.4 + (k + 0.5) * height
-            axis.barh(y, size, height=height, color=colour, alpha=1.0 if role == CHECK else 0.55)
+            axis.barh(y, size, height=height, fc=colour, lw=0, alpha=1.0 if role == CHECK else 0.55, **striped)
             where: Look = {"xytext": (3, 0), "textcoords": "offset points", "va": "center", "fontsize": 8, "zorder": 4}
             axis.annotate(f"{size:.2f}", (size, y), **where, bbox={"fc": "white", "ec": "none", "pad": 0.6})
         labels.append(f"{label_point(signals[0].block.run, ambient_pressure)} ({WORDS[role]})")
