@@ -20,7 +20,7 @@ from apesim.studies.gap.decide.odd_files import OddChannel
 from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.decide.verdict import Decision
 from apesim.studies.gap.reasons import Verdict
-from apesim.studies.gap.report.extended_machine import extend_machine, find_lineage, write_sensors
+from apesim.studies.gap.report.extended_machine import extend_machine, write_sensors
 from apesim.studies.gap.report.petab_select import export_model_space
 from apesim.studies.gap.report.verdict_json import describe
 from apesim.studies.gap.search.gap_test import GapTest
@@ -30,6 +30,7 @@ from apesim.studies.gap.search.score_test import Score, Sensitivity
 from apesim.studies.gap.tables.balance import Balance
 from apesim.studies.gap.tables.latent import find_branches
 from apesim.studies.gap.tables.tabulate import Tabulated
+from apesim.studies.lineage import find_lineage
 from apesim.studies.measured import Measured
 from apesim.studies.output import make_folder, write_file
 
@@ -330,6 +331,7 @@ class Explanation:
         ('0.60 MPa gauge, 40 ms, never used', 'model less measured lift [sigmas of the noise]')
         """
         from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.drawing.panels import add_legend
         from apesim.studies.figures.gap.looks import WORDS
         from apesim.studies.figures.gap.overlays import draw_left
         from apesim.studies.gap.report.comparison import compare_signals, find_display, select_worst
@@ -347,7 +349,7 @@ class Explanation:
         ambient = self.calibrated.residuals.machine.ambient.pressure
         ax.set_ylabel(f"model less measured {find_display(signal.block).name} [sigmas of the noise]")
         ax.set_title(f"{label_point(signal.block.run, ambient)}, {WORDS[signal.role]}")
-        ax.legend()
+        add_legend(ax)
         return ax
 
     def __repr__(self) -> str:

@@ -5,19 +5,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isnan, nan
 from os import PathLike
-from typing import Any, ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from apesim.engine.machine import Machine
-from apesim.quantities import Choice, Quantity
+from apesim.quantities import Choice, Fault, InputError, Quantity
 from apesim.results import Result, Scalar
 from apesim.studies.estimation.arguments import Tell, open_measured
-from apesim.studies.identify.fit import identify
+from apesim.studies.identify.fit import Identified, identify
 from apesim.studies.identify.free import LEAST_SQUARES, METHODS, free_parameters, si_unit
 from apesim.studies.identify.gate import Judgement, judge
 from apesim.studies.measured import CHECK, GATE, VALVE, Measured
 from apesim.studies.measured.plausibility import refuse_faults
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 METHOD = Choice(METHODS, "a call")
 
@@ -50,6 +54,12 @@ class Fit(Result):
     method : str
     wall_time_s : float
         Computing time of the call [s].
+    measured : Measured
+        The runs.
+    identified : Identified
+        What the search found, from which runs are simulated.
+    parent_text : str
+        The machine file that the search began with.
     """
 
     title: ClassVar[str] = "parameters from measured data"
@@ -65,6 +75,9 @@ class Fit(Result):
     declared: Mapping[str, Quantity] = field(default_factory=dict)
     method: str = LEAST_SQUARES
     wall_time_s: float = 0.0
+    measured: Measured | None = None
+    identified: Identified | None = None
+    parent_text: str = ""
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -75,6 +88,85 @@ class Fit(Result):
     def is_refused(self) -> bool:
         """Whether a gate run contradicts the fitted machine beyond noise."""
         return any(one.contradicted for one in self.gates)
+
+    def plot(self, ax: "Axes | None" = None, run: str | None = None) -> "Axes":
+        """Draw a measured run over the fitted machine: its lift, or else its first channel.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; those of a new figure if left out.
+        run : str, optional
+            Data file of the run; the first that was fitted if left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Raises
+        ------
+        InputError
+            There is no such run.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> from apesim.studies.gap.example_bench import read_example
+        >>> axes = apesim.fit(read_example(), ["valve.viscous_friction"]).plot()
+        >>> axes.get_xlabel(), axes.get_ylabel()
+        ('time after the command [ms]', 'lift [mm]')
+        """
+        from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.drawing.panels import add_legend
+        from apesim.studies.figures.identify import draw_run, list_drawable
+
+        runs = list_drawable(self)
+        chosen = [one for one in runs if run in (None, one.data)]
+        if not chosen:
+            known = ", ".join(one.data for one in runs)
+            raise InputError(
+                [Fault("plot()", "run", f"there is no trace of {run or 'any run'}", f"give one of {known}")]
+            )
+        ax = draw_run(axes_for(ax), self, chosen[0])
+        add_legend(ax)
+        return ax
+
+    def write(self, folder: str | PathLike[str], *, overwrite: bool = False) -> list[Path]:
+        """Write ``fit.json``, the fitted machine as ``machine.toml``, and figures of the runs over it to a folder.
+
+        Parameters
+        ----------
+        folder : path
+            Is made where it does not exist.
+        overwrite : bool
+            Whether to write into a folder that holds something.
+
+        Returns
+        -------
+        list of Path
+
+        Raises
+        ------
+        ArchiveError
+            The folder or a file cannot be written, or the folder is not empty.
+
+        Examples
+        --------
+        >>> from tempfile import TemporaryDirectory
+        >>> import apesim
+        >>> from apesim.studies.gap.example_bench import write_example
+        >>> with TemporaryDirectory() as folder:
+        ...     write_example(Path(folder, "measured"))
+        ...     fitted = apesim.fit(f"{folder}/measured", ["valve.viscous_friction"])
+        ...     _ = fitted.write(f"{folder}/fitted")
+        ...     again = apesim.Machine.load(f"{folder}/fitted/machine.toml")
+        >>> again.valve.viscous_friction == fitted["valve.viscous_friction"]
+        True
+        """
+        from apesim.studies.identify.files import write_fit
+
+        return write_fit(self, folder, overwrite=overwrite)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of ``apesim valve fit --json``.
@@ -187,4 +279,7 @@ def fit(
         declared={one.key: one.declaration for one in released},
         method=method,
         wall_time_s=wall_time_s,
+        measured=measured,
+        identified=found,
+        parent_text=machine.to_toml(),
     )

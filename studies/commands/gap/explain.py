@@ -75,11 +75,12 @@ def explain_gap(
     """
     from dataclasses import replace
 
-    from apesim.studies.commands.gap.inputs import compile_march, read_inputs, read_parent
+    from apesim.studies.commands.gap.inputs import compile_march, read_inputs
     from apesim.studies.estimation.residuals import EndedEarly
     from apesim.studies.execution.own_thread import call_in_thread
     from apesim.studies.gap.thresholds import TOLERANCE
     from apesim.studies.gap.workflow import explain
+    from apesim.studies.lineage import read_parent
     from apesim.studies.output import make_folder
 
     console = common.console

@@ -2,45 +2,16 @@
 
 from collections.abc import Sequence
 from os import PathLike
-from pathlib import Path
 
 from apesim.engine.machine import Machine
 from apesim.engine.outside_machine import outside_effects_of, switched_on
 from apesim.quantities import Fault, InputError
-from apesim.quantities.settings import dumps
 from apesim.studies.console import COMMAND_LINE, Console
 from apesim.studies.gap.input_checks import check_roles
 from apesim.studies.gap.search.library import find_faults
 from apesim.studies.measured import Measured, read_measured
 from apesim.studies.measured.prediction import predict, run_of, with_value
 from apesim.studies.options import Common
-
-
-def read_parent(machine: Machine, machine_file: str | PathLike[str] | None, settings: Sequence[str] | None) -> str:
-    """Read the machine file that a search begins with, as text: as it stands, where nothing is set besides.
-
-    Parameters
-    ----------
-    machine : Machine
-        Machine of the file and the settings.
-    machine_file : path or None
-        File of the option ``--machine``; None: the embedded machine.
-    settings : sequence of str or None
-        Options ``--set``, each ``key=value``.
-
-    Returns
-    -------
-    str
-        TOML: the file with its comments; written anew where something was set, or there is no file.
-
-    Examples
-    --------
-    >>> machine = Machine().with_(engine_bore="90 mm")
-    >>> lines = read_parent(machine, None, ["engine.bore=90 mm"]).splitlines()
-    >>> next(line for line in lines if line.startswith("bore"))
-    'bore = "90 mm" # 5 to 1000 mm; chosen'
-    """
-    return Path(machine_file).read_text(encoding="utf-8") if machine_file and not settings else dumps(machine)
 
 
 def read_inputs(common: Common, folder: str | PathLike[str], without: Sequence[str]) -> tuple[Machine, Measured]:

@@ -1,12 +1,13 @@
 """Command `apesim valve fit`."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.options import Common, MeasuredFolder
+from apesim.studies.options import Common, MeasuredFolder, Overwrite
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -29,6 +30,10 @@ def fit_valve(
     method: Annotated[
         str, typer.Option(metavar="NAME", help="least-squares, or ga: the paper's genetic algorithm.")
     ] = "least-squares",
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Folder for fit.json, machine.toml and figures.")
+    ] = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Identify parameters from measured lift (Eq. 11), with their uncertainty.
 
@@ -46,6 +51,10 @@ def fit_valve(
         Keys of the machine to identify, each with its bounds if wanted: ``key=low:high``.
     method : {"least-squares", "ga"}
         Least squares, or the paper's genetic algorithm.
+    out : path, optional
+        Folder to write the numbers, the fitted machine and figures into.
+    overwrite : bool
+        Write into a folder that holds something.
 
     Returns
     -------
@@ -56,6 +65,8 @@ def fit_valve(
     ------
     InputError
         Machine, options or measured data cannot be used.
+    ArchiveError
+        The folder holds something that is not to be replaced.
 
     Examples
     --------
@@ -64,11 +75,15 @@ def fit_valve(
     >>> print(CliRunner().invoke(app, ["valve", "fit", "measured", "--free", "valve.friction"]).exception)
     command line: --free: 'valve.friction' is no key of a quantity; give one, e.g. valve.viscous_friction
     """
+    from dataclasses import replace
+
     from apesim.quantities import Choice, parse
     from apesim.studies.execution.own_thread import call_in_thread
     from apesim.studies.identify.estimate import fit
     from apesim.studies.identify.free import METHODS, free_parameters
+    from apesim.studies.lineage import read_parent
     from apesim.studies.measured import VALVE, read_measured
+    from apesim.studies.output import make_folder
     from apesim.valve.bench import run_bench
 
     console, machine = common.console, common.load_machine()
@@ -76,12 +91,20 @@ def fit_valve(
     free_parameters(machine, free, method)
     measured = read_measured(folder, machine.ambient.pressure, VALVE)
     console.notes(measured.hints)
+    if out is not None:
+        make_folder(out, overwrite)
     console.warm_up(run_bench, machine, 10e-3)
     with console.progress("simulations") as report:
         result = call_in_thread(
             fit, measured, free, machine=machine, method=method, progress=lambda stage, done, total: report(done, total)
         ).result()
-    console.result(result.to_dict(), *_shown(result))
+    shown: list[Table | str] = list(_shown(result))
+    files: list[Path] = []
+    if out is not None:
+        result = replace(result, parent_text=read_parent(machine, common.machine_file, common.settings))
+        files = result.write(out, overwrite=True)
+        shown.append(f"{out}/: {', '.join(path.name for path in files)}")
+    console.result(result.to_dict() | {"files": [str(path) for path in files]}, *shown)
     for warning in result.warnings:
         console.message(f"warning: {warning}")
     refusing = [run for run in result.gates if run.contradicted]

@@ -1,14 +1,10 @@
 """The machine file that a verdict leads to, with where it comes from."""
 
-import hashlib
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from apesim.archive import sha256
-from apesim.engine.machine import Machine
-from apesim.engine.outside_machine import outside_effects_of
 from apesim.quantities.settings import dumps
 from apesim.studies.gap.reasons import Verdict
 from apesim.studies.gap.report.calibrated_numbers import (
@@ -17,8 +13,6 @@ from apesim.studies.gap.report.calibrated_numbers import (
     write_readings,
 )
 from apesim.studies.gap.report.effect_rows import format_interval
-from apesim.studies.measured import Measured
-from apesim.studies.measured.sensors import FILE
 
 if TYPE_CHECKING:
     from apesim.studies.gap.explanation import Explanation
@@ -29,39 +23,6 @@ SENSORS_HEAD = (
     "To explain further data of the same sensors with it, copy its keys into the machine file.",
 )
 """First lines of the file of readings."""
-HASHED_BYTES = 1 << 22
-"""Bytes that are hashed at once, as a data file may be longer than the free memory."""
-
-
-def find_lineage(measured: Measured, parent_text: str, machine: Machine) -> dict[str, str]:
-    """Digests of what a verdict comes from.
-
-    Parameters
-    ----------
-    measured : apesim.studies.measured.Measured
-    parent_text : str
-        The machine file that the search began with.
-    machine : Machine
-        Machine that the file describes, with its effects from outside.
-
-    Returns
-    -------
-    dict of str
-        SHA-256 by ``parent_machine_sha256``, ``measured_data_sha256`` and one key for each effect from outside.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.studies.gap.example_bench import write_example
-    >>> from apesim.studies.measured import read_measured
-    >>> with TemporaryDirectory() as folder:
-    ...     write_example(Path(folder))
-    ...     lineage = find_lineage(read_measured(folder), dumps(Machine()), Machine())
-    >>> {name: len(digest) for name, digest in lineage.items()}
-    {'parent_machine_sha256': 64, 'measured_data_sha256': 64}
-    """
-    files = {f"effect_{outside.name}_sha256": outside.sha256 for outside in outside_effects_of(machine)}
-    return {"parent_machine_sha256": sha256(parent_text), "measured_data_sha256": _hash_data(measured)} | files
 
 
 def extend_machine(explanation: "Explanation", data: dict[str, Any], folder: Path) -> str:
@@ -182,23 +143,3 @@ def _write_title(data: dict[str, Any]) -> str:
 def _format_change(gap: dict[str, float], *, is_added: bool) -> str:
     """A gap in words, before and after something was added."""
     return f"{gap['before']:.3f} before, {gap['after']:.3f} after" if is_added else f"{gap['before']:.3f}"
-
-
-def _hash_data(measured: Measured) -> str:
-    """Digest of a folder's measured.toml and of the data files that it names, in their order."""
-    folder = Path(measured.folder)
-    names = [FILE, *(run.data for run in measured.runs if run.data)]
-    return sha256("".join(_hash_file(folder / name) for name in names))
-
-
-def _hash_file(path: Path) -> str:
-    """Digest of a text in any encoding, whatever ends its lines."""
-    with path.open("rb") as file:
-        digest = hashlib.sha256()
-        held = b""
-        while data := file.read(HASHED_BYTES):
-            data = held + data
-            held = b"\r" if data.endswith(b"\r") else b""
-            digest.update(data.removesuffix(b"\r").replace(b"\r\n", b"\n").replace(b"\r", b"\n"))
-        digest.update(held.replace(b"\r", b"\n"))
-    return digest.hexdigest()

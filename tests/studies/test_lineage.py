@@ -1,12 +1,12 @@
-"""The lineage of an extended machine: it tells data from other data, in any encoding."""
+"""The lineage of a machine: it tells data from other data, in any encoding."""
 
 import pytest
 
 from apesim.archive import sha256
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
-from apesim.studies.gap.report import extended_machine
-from apesim.studies.gap.report.extended_machine import find_lineage
+from apesim.studies import lineage
+from apesim.studies.lineage import find_lineage
 from apesim.studies.measured import read_measured
 
 ABOUT = '[[run]]\ndata = "a.csv"\nsupply = "5 bar abs"\npulse = "50 ms"\n'
@@ -23,7 +23,7 @@ def digest_of(folder, data):
 def test_the_digest_is_that_of_the_text_and_no_end_of_line_changes_it(tmp_path, monkeypatch):
     expected = sha256(sha256(f'bench = "valve"\n{ABOUT}') + sha256(TEXT))
     for size in (1, 7, 1 << 22):
-        monkeypatch.setattr(extended_machine, "HASHED_BYTES", size)
+        monkeypatch.setattr(lineage, "HASHED_BYTES", size)
         for end in ("\n", "\r\n", "\r"):
             assert digest_of(tmp_path, TEXT.replace("\n", end).encode()) == expected
 
