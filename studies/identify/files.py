@@ -6,6 +6,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from apesim.engine.machine import Machine
+from apesim.quantities import Quantity
 from apesim.quantities.settings import dumps
 from apesim.studies.figures.identify import fit_figures
 from apesim.studies.lineage import find_lineage
@@ -67,12 +69,17 @@ def _machine_text(fit: "Fit", lineage: dict[str, str], folder: Path) -> str:
     notes = {}
     for key, value in fit.parameters.items():
         declared, ends = fit.declared[key], fit.interval_95[key]
-        low, high = (declared.render(end, machine.ambient.pressure) for end in ends) if ends else ("", "")
+        low, high = (_shown(declared, end, machine) for end in ends) if ends else ("", "")
         interval = f"95 % from {low} to {high}" if ends else "without an interval"
         notes[key] = f"fitted; {interval}"
-        lines.append(f"{key} = {declared.render(value, machine.ambient.pressure)}, {interval}")
+        lines.append(f"{key} = {_shown(declared, value, machine)}, {interval}")
     if not fit.converged:
         lines.append("the fit has not converged: these values are not to be believed")
     lines += [f"{run.run} refuses this machine, see fit.json" for run in fit.gates if run.contradicted]
     lines += [f"{name.replace('_', ' ')} {digest}" for name, digest in lineage.items()]
     return "".join(f"# {line}\n" for line in lines) + "\n" + dumps(machine, folder, notes)
+
+
+def _shown(declared: Quantity, value: float, machine: Machine) -> str:
+    """A value with its unit in six digits: more would be none of the data's."""
+    return declared.render(float(f"{value:.6g}"), machine.ambient.pressure)

@@ -99,12 +99,13 @@ def fit_valve(
             fit, measured, free, machine=machine, method=method, progress=lambda stage, done, total: report(done, total)
         ).result()
     shown: list[Table | str] = list(_shown(result))
-    files: list[Path] = []
+    data = result.to_dict()
     if out is not None:
         result = replace(result, parent_text=read_parent(machine, common.machine_file, common.settings))
         files = result.write(out, overwrite=True)
+        data["files"] = [str(path) for path in files]
         shown.append(f"{out}/: {', '.join(path.name for path in files)}")
-    console.result(result.to_dict() | {"files": [str(path) for path in files]}, *shown)
+    console.result(data, *shown)
     for warning in result.warnings:
         console.message(f"warning: {warning}")
     refusing = [run for run in result.gates if run.contradicted]

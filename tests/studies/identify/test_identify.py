@@ -2,11 +2,14 @@
 
 import json
 from functools import lru_cache
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from apesim.archive import ArchiveError
+from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.commands.valve.fit import _shown, fit_valve
 from apesim.studies.console import Console
@@ -434,6 +437,19 @@ def test_the_command_prints_tables(folder, capsys):
     out = capsys.readouterr().out
     assert BETA in out and "N s/m" in out and "largest time shift" in out and "simulations" in out
     assert "a positive time shift: the measured piston is later" in out
+
+
+def test_the_command_writes_numbers_the_fitted_machine_and_a_figure(folder, tmp_path, capsys):
+    out = tmp_path / "fitted"
+    assert fit_valve(Common(Console(as_json=True)), folder=folder, free=[BETA], out=out) == 0
+    data, kept = json.loads(capsys.readouterr().out), json.loads((out / "fit.json").read_text())
+    assert [Path(file).name for file in data["files"]] == ["fit.json", "machine.toml", "fit_1.png", "fit_1.pdf"]
+    assert kept["parameters"] == data["parameters"] and len(kept["lineage"]["parent_machine_sha256"]) == 64
+    assert Machine.load(out / "machine.toml").valve.viscous_friction == kept["parameters"][BETA]
+    above = (out / "machine.toml").read_text().split("\nviscous_friction = ")[0].splitlines()[-1]
+    assert above.startswith("# fitted; 95 % from ") and "N s/m" in above
+    with pytest.raises(ArchiveError):
+        fit_valve(Common(Console()), folder=folder, free=[BETA], out=out)
 
 
 def test_a_check_beyond_its_limit_is_marked_and_what_the_mark_says_stands_below():

@@ -8,8 +8,16 @@ from apesim.archive import Archive, Variable
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
 from apesim.studies.figures.drawing.files import write_figures
-from apesim.studies.figures.drawing.panels import label_axes, open_one, open_row, spread_out
-from apesim.studies.figures.drawing.style import STYLE, colours_of
+from apesim.studies.figures.drawing.panels import (
+    add_figure_legend,
+    add_legend,
+    label_axes,
+    open_one,
+    open_row,
+    open_wrapped,
+    spread_out,
+)
+from apesim.studies.figures.drawing.style import STYLE, colours_of, looks_of
 from apesim.studies.figures.optimise import draw_over_speed, optimise_figures
 
 SPEEDS = np.array([600.0, 1000.0])
@@ -74,3 +82,38 @@ def test_names_of_axes_stand_with_their_units():
 def test_some_of_many_runs_have_the_first_and_the_last_among_them(count, most, chosen):
     assert spread_out(count, most).tolist() == chosen
     assert len(np.unique(colours_of(count), axis=0)) == count
+
+
+def test_a_legend_stands_where_no_line_runs():
+    _, panel = open_one((4.0, 3.0))
+    x = np.linspace(0.0, 20.0, 400)
+    for phase in range(5):
+        panel.plot(x, np.sin(x + phase), label=f"{phase}")
+    add_legend(panel)
+    panel.figure.draw_without_rendering()
+    box = panel.get_legend().get_window_extent()
+    lines = [panel.transData.transform(np.column_stack(line.get_data())) for line in panel.lines]
+    assert not any(box.count_contains(points) for points in lines)
+
+
+def test_a_legend_of_a_figure_is_as_wide_as_the_figure_at_most():
+    figure, panel = open_one((4.0, 3.0))
+    handles = [panel.plot([0.0], [0.0], label=f"with an effect of a long name, {number}")[0] for number in range(6)]
+    add_figure_legend(figure, handles, side="upper")
+    figure.draw_without_rendering()
+    box = figure.legends[0].get_window_extent()
+    assert box.x0 >= 0.0 and box.x1 <= figure.bbox.width
+
+
+def test_more_panels_than_three_are_wrapped():
+    figure, panels = open_wrapped(7, (3.0, 2.5))
+    assert len(panels) == len(figure.axes) == 7
+    assert figure.get_size_inches().tolist() == [9.0, 7.5]
+
+
+def test_lines_that_colours_distinguish_have_markers_of_their_own():
+    from apesim.studies.figures import optimise, sweep
+
+    assert len({marker for _, marker, _ in optimise.LOOKS.values()}) == len(optimise.LOOKS)
+    assert len(set(sweep.MARKERS.values())) == len(sweep.MARKERS)
+    assert len({look["marker"] for look in looks_of(5)}) == 5
