@@ -94,7 +94,7 @@ def test_corrected_commands_open_and_close_the_valve_at_its_targets(grid, key):
         assert {name: run[name] for name in said} == pytest.approx(said, rel=1e-6)
         assert run["valve_open_deg"] == pytest.approx(-3.0, abs=0.06)
         assert run["valve_close_deg"] == pytest.approx(74.0, abs=0.06)
-        before = float(found.traces["uncorrected_brake_torque"].values.ravel()[place])
+        before = float(found.traces["fixed_brake_torque"].values.ravel()[place])
         assert run_with(**{key: pressure})["brake_torque"] == pytest.approx(before, rel=1e-6)
 
 
