@@ -31,31 +31,34 @@ PREFIXES = {
 BASES = {"m": "meter", "kg": "kilogram", "s": "second", "K": "kelvin", "rad": "radian", "A": "ampere"}
 FORCE, PRESSURE, ENERGY, POWER = "kg m s^-2", "kg m^-1 s^-2", "kg m^2 s^-2", "kg m^2 s^-3"
 
-WITH_PREFIXES: dict[str, tuple[str, int | str | Fraction, str]] = {
-    "m": ("meter metre", 1, "m"),
-    "g": ("gram", "1/1000", "kg"),
-    "s": ("second", 1, "s"),
-    "K": ("kelvin", 1, "K"),
-    "rad": ("radian", 1, "rad"),
-    "A": ("ampere", 1, "A"),
-    "V": ("volt", 1, "kg m^2 s^-3 A^-1"),
-    "N": ("newton", 1, FORCE),
-    "Pa": ("pascal", 1, PRESSURE),
-    "bar": ("bar", 100_000, PRESSURE),
-    "J": ("joule", 1, ENERGY),
-    "W": ("watt", 1, POWER),
-    "Wh": ("", 3600, ENERGY),
-    "Hz": ("hertz", 1, "s^-1"),
-    "L": ("l liter litre", "1/1000", "m^3"),
+WITH_PREFIXES: dict[str, tuple[str, int | str | Fraction, str, str]] = {
+    "m": ("meter metre", 1, "m", "nuµmcdk"),
+    "g": ("gram", "1/1000", "kg", "uµmk"),
+    "s": ("second", 1, "s", "nuµm"),
+    "sec": ("", 1, "s", "nuµm"),
+    "K": ("kelvin", 1, "K", "uµm"),
+    "rad": ("radian", 1, "rad", "nuµm"),
+    "A": ("ampere", 1, "A", "nuµmk"),
+    "V": ("volt", 1, "kg m^2 s^-3 A^-1", "nuµmk"),
+    "N": ("newton", 1, FORCE, "uµmcdkM"),
+    "Pa": ("pascal", 1, PRESSURE, "uµmhkMG"),
+    "bar": ("bar", 100_000, PRESSURE, "uµmdk"),
+    "J": ("joule", 1, ENERGY, "uµmkMG"),
+    "W": ("watt", 1, POWER, "nuµmkMG"),
+    "Wh": ("", 3600, ENERGY, "mkMG"),
+    "Hz": ("hertz", 1, "s^-1", "mkMG"),
+    "L": ("l liter litre", "1/1000", "m^3", "nuµmcdhk"),
 }
-"""Units by their symbol: other names, factor in SI, SI units. These take prefixes; names in full take them in full."""
+"""Units by their symbol: other names, factor in SI, SI units, prefixes; names in full take these in full.
+
+A prefix that nobody measures with is a slip: Grad is German for a degree and no giga-radian, Mbar is mbar, Ms is ms.
+"""
 
 WITHOUT_PREFIXES: dict[str, tuple[str, int | str | Fraction, str]] = {
     "min": ("minute", 60, "s"),
     "h": ("hour hr", 3600, "s"),
     "d": ("day", 86400, "s"),
-    "sec": ("", 1, "s"),
-    "deg": ("degree °", Fraction(math.pi / 180.0), "rad"),
+    "deg": ("degree ° degCA CAD °KW", Fraction(math.pi / 180.0), "rad"),
     "r": ("rev revolution turn", Fraction(2.0 * math.pi), "rad"),
     "t": ("tonne", 1000, "kg"),
     "lb": ("pound", "0.45359237", "kg"),
@@ -75,6 +78,7 @@ WITHOUT_PREFIXES: dict[str, tuple[str, int | str | Fraction, str]] = {
 SHORTEST_PLURAL = 4
 """Letters of a name from which on it may stand in the plural: "days" and "meters", not "ms"."""
 RIGHT_FORMS = {"Nm": "N m", "Ns": "N s", "lpm": "L/min", "slpm": "L/min", "C": "degC", "F": "degF", "kp": "kgf"}
+RIGHT_FORMS |= {"Grad": "deg", "grad": "deg"}
 """What is often written and no unit here, or not this one: the right form."""
 MIN_LIKENESS = 0.75
 """Likeness of a name to a right one, by `difflib`: "milimeter" and "barr" have it, "xyz" has not."""
@@ -102,14 +106,15 @@ def known_units() -> dict[str, tuple[Fraction, Bases]]:
     (Fraction(1, 1000), (('meter', 1),))
     """
     known: dict[str, tuple[Fraction, Bases]] = {}
-    for symbol, (others, factor, units) in WITH_PREFIXES.items():
+    for symbol, (others, factor, units, prefixes) in WITH_PREFIXES.items():
         found = Fraction(factor), bases_of(units)
         for name in (symbol, *others.split()):
-            for prefix, (full, power) in PREFIXES.items():
+            for prefix in prefixes:
+                full, power = PREFIXES[prefix]
                 written = prefix if len(name) < 3 or name == symbol else full
                 known.setdefault(written + name, (found[0] * Fraction(10) ** power, found[1]))
     for table in (WITH_PREFIXES, WITHOUT_PREFIXES):
-        for symbol, (others, factor, units) in table.items():
+        for symbol, (others, factor, units, *_) in table.items():
             known |= dict.fromkeys((symbol, *others.split()), (Fraction(factor), bases_of(units)))
     return {f"{name}s": found for name, found in known.items() if len(name) >= SHORTEST_PLURAL} | known
 

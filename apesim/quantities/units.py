@@ -90,7 +90,7 @@ TEMPERATURES = {
     "degF": Unit(Fraction(5, 9), Fraction("459.67") * Fraction(5, 9), (("kelvin", 1),)),
 }
 """Units of temperature with a zero of their own."""
-SPELLINGS = ("μ", "µ"), ("⋅", "·"), ("×", "*"), ("**", "^"), ("°C", "degC"), ("°F", "degF")
+SPELLINGS = ("μ", "µ"), ("⋅", "·"), ("×", "*"), ("**", "^"), ("°C", "degC"), ("°F", "degF"), ("deg CA", "degCA")
 NO_NAMES = {"rpm", "gauge", "abs"}
 """Words of a quantity that are right, and no names of units."""
 SUPERSCRIPTS = str.maketrans("⁻¹²³⁴", "-1234")

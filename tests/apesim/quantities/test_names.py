@@ -13,7 +13,14 @@ from apesim.quantities.names import WITH_PREFIXES, WITHOUT_PREFIXES, known_units
 STROKE, SPEED = Quantity("mm", 1, 500, "a test"), Quantity("rpm", 1, 5000, "a test")
 TORQUE = Quantity("N m", 0, 100, "a test")
 OURS = {"r": "revolution", "rev": "revolution", "°": "degree", "%": "percent"}
+OURS |= dict.fromkeys(("degCA", "CAD", "°KW"), "degree")
 """Names that pint knows not, or otherwise: to it r is no unit."""
+USUAL = """
+nm um µm mm cm dm km; ug µg mg kg; ns us µs ms; nsec usec µsec msec; uK µK mK; nrad urad µrad mrad; nA uA µA mA kA;
+nV uV µV mV kV; uN µN mN cN dN kN MN; uPa µPa mPa hPa kPa MPa GPa; ubar µbar mbar dbar kbar; uJ µJ mJ kJ MJ GJ;
+nW uW µW mW kW MW GW; mWh kWh MWh GWh; mHz kHz MHz GHz; nL uL µL mL cL dL hL kL
+"""
+"""Symbols with the prefixes that engines and benches are measured with."""
 
 
 def test_every_unit_is_that_of_pint():
@@ -32,6 +39,45 @@ def test_every_unit_is_that_of_pint():
 def test_angles_are_those_of_math_to_the_last_bit():
     assert named("deg") == (Fraction(math.radians(1.0)), (("radian", 1),))
     assert named("r") == (Fraction(2.0 * math.pi), (("radian", 1),))
+
+
+def test_no_symbol_has_a_prefix_that_nobody_measures_with():
+    usual = set(USUAL.replace(";", " ").split())
+    bare = {"m", "g", "s", "sec", "K", "rad", "A", "V", "N", "Pa", "bar", "J", "W", "Wh", "Hz", "L", "hl"}
+    prefixed = {prefix + symbol for prefix in "nuµmcdhkMGTP" for symbol in bare} - {"min", "cd", "h", "d"}
+    assert prefixed & known_units().keys() == usual
+
+
+@pytest.mark.parametrize(
+    ("name", "right"),
+    [
+        ("Grad", "deg"),
+        ("grad", "deg"),
+        ("Mrad", "mrad"),
+        ("krad", "rad"),
+        ("Mbar", "mbar"),
+        ("Mm", "mm"),
+        ("Mg", "mg"),
+        ("Ms", "ms"),
+        ("ML", "mL"),
+        ("MV", "mV"),
+        ("megaradian", "radian"),
+        ("PSI", "psi"),
+        ("Torr", "torr"),
+        ("pa", "Pa"),
+    ],
+)
+def test_a_prefix_too_large_is_refused_with_the_nearest_right_name(name, right):
+    with pytest.raises(InvalidValue, match="no known unit"):
+        named(name)
+    assert nearest(name) == right
+
+
+@pytest.mark.parametrize(
+    ("name", "same"), [("°CA", "deg"), ("deg CA", "deg"), ("CAD", "deg"), ("°KW", "deg"), ("usec", "us"), ("msec", "ms")]
+)
+def test_other_names_of_a_unit_are_read(name, same):
+    assert unit(name) == unit(same)
 
 
 def test_names_of_one_unit_do_not_hide_each_other():
