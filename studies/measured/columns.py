@@ -1,5 +1,6 @@
 """Columns of measured files, in SI: the name and unit of each stand in its header, e.g. ``lift [mm]``, or are given."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -9,8 +10,9 @@ import numpy as np
 from apesim.quantities import Fault, InvalidValue, quoted, unit
 from apesim.quantities.files import split_header
 from apesim.studies.measured.conversion import SIGNALS, convert, is_measure, split_kind
-from apesim.studies.measured.dialect import PLAIN, SEPARATORS, TIME, Dialect, Marks
+from apesim.studies.measured.dialect import ANGLE, PLAIN, SEPARATORS, TIME, Dialect, Marks
 from apesim.studies.measured.layout import Layout, find_layout, is_unit, resolve_marks, split_name
+from apesim.studies.measured.row_order import find_disorder, unwrap_angle
 from apesim.studies.measured.table import (
     CellError,
     LineError,
@@ -105,6 +107,7 @@ def read_columns(
         return Columns({}, [], [Fault(file, "", wrong.wrong, remedy or wrong.right or right)], [])
     names = [place.name for place in places]
     columns: dict[str, np.ndarray] = {}
+    axis, axis_numbers, axis_unit = due[0], np.empty(0), ""
     rows_below = len(next(iter(numbers.values()), ()))
     for name, expected in declared.items():
         matching = [place for place in places if place.name == name]
@@ -144,21 +147,27 @@ def read_columns(
             if dialect.marks_of(name) == Marks() and is_ambiguous(path, layout, at, values, marks[at].decimal or ""):
                 raise _refuse_ambiguity(name, layout)
             columns[name] = in_si
+            if name == axis:
+                axis_numbers, axis_unit = values, split_kind(named)[0]
         except InvalidValue as wrong:
             faults.append(Fault(file, name, wrong.wrong, wrong.right))
     hints = [f"{path.name}: read with {hint}" if "=" in hint else f"{path.name}: {hint}" for hint in layout.hints]
-    if faults or due[0] not in columns:
+    if faults or axis not in columns:
         return Columns(columns, names, faults, hints)
     if lines := find_ignored_lines(path, layout):
         some = f"line {lines[0]} is" if len(lines) == 1 else f"{len(lines)} lines, the first is line {lines[0]}, are"
         hints.append(f"{path.name}: {some} passed over")
-    columns, rows, more = _placed_rows(path.name, columns, due[0])
-    stuck = np.flatnonzero(np.diff(columns[due[0]]) <= 0.0)
-    if len(stuck):
-        row = int(rows[stuck[0] + 1]) + 1
-        faults.append(Fault(file, due[0], f"does not rise in row {row}", "sort the rows, one of equals"))
+    columns, rows, more = _placed_rows(path.name, columns, axis)
+    # an angle that wraps goes on; nothing else that does not rise has one meaning
+    if axis == ANGLE:
+        columns[axis], wrapped = unwrap_angle(columns[axis], rows + 1)
+        more = [*more, f"{path.name}: {axis} {wrapped}"] if wrapped else more
+    others = {name: values for name, values in columns.items() if name != axis}
+    shown = axis_numbers[rows] if len(axis_numbers) else columns[axis]
+    if disorder := find_disorder(columns[axis], rows + 1, others, shown, axis_unit):
+        faults.append(Fault(file, axis, disorder.wrong, disorder.right))
     elif not len(rows) and dialect.interval is None:
-        faults.append(Fault(file, due[0], "has no number", "give a number in each row"))
+        faults.append(Fault(file, axis, "has no number", "give a number in each row"))
     return Columns(columns, names, faults, [*hints, *more])
 
 
@@ -192,10 +201,18 @@ def _places_of(
             name, named = split_header(header)
             if name not in declared and split_name(header)[0] in declared:
                 name, named = split_name(header)
+            if name not in declared and not dialect.ignore_others:
+                name, named = _split_unknown_unit(header, declared) or (name, named)
             if dialect.ignore_others and name not in declared:
                 continue
             places.append(_Place(name, at, dialect.units.get(name, named), named))
     return places, faults
+
+
+def _split_unknown_unit(header: str, declared: Mapping[str, str]) -> tuple[str, str] | None:
+    """Name of ours and what stands behind it in brackets, which is no unit; None for any other header."""
+    found = re.fullmatch(r"(.*?)\s*\((.*)\)", header)
+    return (found[1], found[2].strip()) if found and found[1] in declared and found[2].strip() else None
 
 
 def _name_absent(name: str, expected: str, dialect: Dialect) -> str:

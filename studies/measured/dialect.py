@@ -19,6 +19,8 @@ DECIMALS = (".", ",", "")
 """Decimal marks; "": whole numbers alone."""
 TIME = "time"
 """Column over which the traces of a valve stand."""
+ANGLE = "crank_angle"
+"""Column over which the traces of an engine stand."""
 THOUSANDS = ("", ".", ",", "'", " ")
 """Marks between groups of three digits; "": none."""
 COMMAND, FIRST_ROW = STARTS = ("command", "first row")

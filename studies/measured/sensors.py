@@ -4,13 +4,11 @@ from math import pi
 from typing import Any, NamedTuple
 
 from apesim.quantities import Choice, Pressure, Quantity
-from apesim.studies.measured.columns import TIME
+from apesim.studies.measured.dialect import ANGLE, TIME
 from apesim.studies.measured.runs import CYLINDER, ENGINE, ROLES, VALVE
 
 FILE = "measured.toml"
 """Name of the file that describes a folder."""
-ANGLE = "crank_angle"
-"""Column over which the traces of an engine stand."""
 LIFT = Quantity("mm", 1e-9, 100, FILE, typical="0.03 mm")
 SPEED = Quantity("m/s", 1e-9, 1000, FILE, typical="0.02 m/s")
 PRESSURE = Quantity("kPa", 1e-9, 30000, FILE, typical="2 kPa")

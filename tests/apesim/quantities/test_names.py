@@ -74,7 +74,8 @@ def test_a_prefix_too_large_is_refused_with_the_nearest_right_name(name, right):
 
 
 @pytest.mark.parametrize(
-    ("name", "same"), [("°CA", "deg"), ("deg CA", "deg"), ("CAD", "deg"), ("°KW", "deg"), ("usec", "us"), ("msec", "ms")]
+    ("name", "same"),
+    [("°CA", "deg"), ("deg CA", "deg"), ("CAD", "deg"), ("°KW", "deg"), ("usec", "us"), ("msec", "ms")],
 )
 def test_other_names_of_a_unit_are_read(name, same):
     assert unit(name) == unit(same)
