@@ -100,12 +100,11 @@ def read_test(path: str | PathLike[str], ambient_pressure: float, dialect: Diale
     ('p.csv', 50, 700000.0)
     """
     file, right, dialect = Path(path), 'give a CSV with the header "time [ms],pressure [kPa abs]"', dialect or Dialect()
-    columns, _, all_faults, notes = read_columns(
-        file, COLUMNS, tuple(COLUMNS), ambient_pressure, right=right, dialect=dialect
-    )
+    table = read_columns(file, COLUMNS, tuple(COLUMNS), ambient_pressure, right=right, dialect=dialect)
+    columns, all_faults, notes = table.values, table.faults, table.hints
     warnings: list[str] = []
     if not all_faults:
-        all_faults = list(find_unknown_start(str(file), TIME, dialect))
+        all_faults = list(find_unknown_start(str(file), TIME, dialect, is_counted=table.is_counted))
     if not all_faults:
         # Masked before anything is judged: one sample of 0 would be the lowest pressure, and all of the noise.
         columns[TIME] = shift_to_start(columns[TIME], dialect)

@@ -1,5 +1,6 @@
 """Columns of measured files, in SI: the name and unit of each stand in its header, e.g. ``lift [mm]``, or are given."""
 
+import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -9,13 +10,14 @@ import numpy as np
 
 from apesim.quantities import Fault, InvalidValue, quoted, unit
 from apesim.quantities.files import split_header
-from apesim.studies.measured.conversion import SIGNALS, convert, is_measure, split_kind
+from apesim.studies.measured.conversion import SIGNALS, convert, is_measure, split_kind, suggest_unit
 from apesim.studies.measured.dialect import ANGLE, PLAIN, SEPARATORS, TIME, Dialect, Marks
 from apesim.studies.measured.layout import Layout, find_layout, is_unit, resolve_marks, split_name
 from apesim.studies.measured.row_order import find_disorder, unwrap_angle
 from apesim.studies.measured.table import (
     CellError,
     LineError,
+    Numbers,
     find_ignored_lines,
     is_ambiguous,
     name_ignored_line,
@@ -35,6 +37,10 @@ class Columns(NamedTuple):
     """Faults, empty where there are none."""
     hints: list[str]
     """What was guessed, and what was left out, in words."""
+    over_range: Mapping[str, np.ndarray] = {}
+    """(n,) bool arrays by our name: rows whose cell says that the number is over range; only of columns with such."""
+    is_counted: bool = False
+    """Whether the times are counted from the first row, as the file has clock times."""
 
 
 class _Place(NamedTuple):
@@ -101,22 +107,25 @@ def read_columns(
     try:
         layout = find_layout(path, dialect, tuple(declared))
         places, faults = _places_of(file, layout, dialect, declared)
-        numbers, marks, wrong_cells = _numbers_of(path, layout, dialect, places, declared)
+        read, marks, wrong_cells = _numbers_of(path, layout, dialect, places, declared)
     except InvalidValue as wrong:
         remedy = name_ignored_line(wrong.cell) if isinstance(wrong, LineError) and dialect != PLAIN else ""
         return Columns({}, [], [Fault(file, "", wrong.wrong, remedy or wrong.right or right)], [])
-    names = [place.name for place in places]
+    names, numbers = [place.name for place in places], read.values
+    hints = [f"{path.name}: read with {hint}" if "=" in hint else f"{path.name}: {hint}" for hint in layout.hints]
+    over_range: dict[str, np.ndarray] = {}
+    is_counted = False
     columns: dict[str, np.ndarray] = {}
     axis, axis_numbers, axis_unit = due[0], np.empty(0), ""
     rows_below = len(next(iter(numbers.values()), ()))
     for name, expected in declared.items():
         matching = [place for place in places if place.name == name]
-        form = f'write "{name} [{expected}]" in the header'
-        if dialect != PLAIN:
-            form += f' or unit.{name} = "{expected}" in [read]'
+        scale, offset = dialect.scales.get(name), dialect.offsets.get(name)
+        form = _name_unit(name, matching[0].unit if matching else None, expected, dialect)
         try:
             if len(matching) > 1:
-                raise InvalidValue("stands in several columns", "keep one of them")
+                numbered = f", or write its number: columns.{name} = {matching[0].at + 1} in [read]"
+                raise InvalidValue("stands in several columns", "keep one of them" + numbered * (dialect != PLAIN))
             if name == TIME and dialect.interval is not None:
                 if matching:
                     right = f'take the key out, or write ignore = ["{layout.headers[matching[0].at]}"] in [read]'
@@ -133,13 +142,20 @@ def read_columns(
             values = numbers.pop(at)
             is_empty = np.isnan(values)
             if name not in due and is_empty.all():
+                if len(read.over_range[at]):
+                    raise InvalidValue("is over range in every row that has a value", "leave the column out")
                 continue
             if is_empty.any() and not allow_missing:
                 row = int(np.argmax(is_empty)) + 1
                 raise InvalidValue(f"has no number in row {row}", "give a number in every cell")
+            if name == TIME and at in layout.clocks:
+                is_counted = True
+                columns[name] = _count_clock(values, named, dialect)
+                hints.append(f"{path.name}: {name}: clock times are read as seconds since the first row")
+                axis_numbers, axis_unit = columns[name], "s"
+                continue
             if named is None:
                 raise InvalidValue("has no unit", form)
-            scale, offset = dialect.scales.get(name), dialect.offsets.get(name)
             if dialect != PLAIN and not scale:
                 form = _suggest_scale(name, named, expected) or form
                 _refuse_two_units(name, named, said, expected)
@@ -147,17 +163,19 @@ def read_columns(
             if dialect.marks_of(name) == Marks() and is_ambiguous(path, layout, at, values, marks[at].decimal or ""):
                 raise _refuse_ambiguity(name, layout)
             columns[name] = in_si
+            if len(read.over_range[at]):
+                over_range[name] = np.isin(np.arange(len(values)), read.over_range[at])
             if name == axis:
                 axis_numbers, axis_unit = values, split_kind(named)[0]
         except InvalidValue as wrong:
             faults.append(Fault(file, name, wrong.wrong, wrong.right))
-    hints = [f"{path.name}: read with {hint}" if "=" in hint else f"{path.name}: {hint}" for hint in layout.hints]
     if faults or axis not in columns:
         return Columns(columns, names, faults, hints)
     if lines := find_ignored_lines(path, layout):
         some = f"line {lines[0]} is" if len(lines) == 1 else f"{len(lines)} lines, the first is line {lines[0]}, are"
         hints.append(f"{path.name}: {some} passed over")
-    columns, rows, more = _placed_rows(path.name, columns, axis)
+    columns, rows, more = _placed_rows(path.name, columns, axis, over_range)
+    over_range = {name: flags[rows] for name, flags in over_range.items()}
     # an angle that wraps goes on; nothing else that does not rise has one meaning
     if axis == ANGLE:
         columns[axis], wrapped = unwrap_angle(columns[axis], rows + 1)
@@ -168,7 +186,27 @@ def read_columns(
         faults.append(Fault(file, axis, disorder.wrong, disorder.right))
     elif not len(rows) and dialect.interval is None:
         faults.append(Fault(file, axis, "has no number", "give a number in each row"))
-    return Columns(columns, names, faults, [*hints, *more])
+    return Columns(columns, names, faults, [*hints, *more], over_range, is_counted)
+
+
+def _count_clock(seconds: np.ndarray, named: str | None, dialect: Dialect) -> np.ndarray:
+    """Times since the first row of a column of clock times [s]."""
+    if named and is_unit(named) and unit(named) != unit("s"):
+        raise InvalidValue(f"holds clock times, and its unit is {quoted(named)}: which is it?", "take out the unit")
+    if TIME in dialect.scales or TIME in dialect.offsets:
+        right = "take scale.time and offset.time out of [read]"
+        raise InvalidValue("holds clock times, which are neither scaled nor shifted", right)
+    known = seconds[~np.isnan(seconds)]
+    return seconds - known[0] if len(known) else seconds
+
+
+def _name_unit(name: str, given: str | None, expected: str, dialect: Dialect) -> str:
+    """Right form for the unit of a column."""
+    if scale := dialect.scales.get(name):
+        return f'write unit.{name} = "{suggest_unit(given, expected, scale)}" in [read], the unit before the scale'
+    meant = suggest_unit(given, expected)
+    form = f'write "{name} [{meant}]" in the header'
+    return form if dialect == PLAIN else f'{form} or unit.{name} = "{meant}" in [read]'
 
 
 def _places_of(
@@ -205,6 +243,9 @@ def _places_of(
                 name, named = _split_unknown_unit(header, declared) or (name, named)
             if dialect.ignore_others and name not in declared:
                 continue
+            chosen = dialect.columns.get(name)
+            if isinstance(chosen, int) and chosen <= len(headers) and headers[chosen - 1] == header:
+                continue  # the column is told from those of the same header by its number
             places.append(_Place(name, at, dialect.units.get(name, named), named))
     return places, faults
 
@@ -232,7 +273,8 @@ def _suggest_scale(name: str, named: str, expected: str) -> str:
     if not is_unit(named) or all(unit(name_of_unit).dimension != unit(signal).dimension for signal in SIGNALS):
         return ""
     due, kind = split_kind(expected)
-    form = f'write in [read] what the sheet of the sensor says, e.g. scale.{name} = "2 {due}/{named}" and '
+    per = f"/{named}" if named not in ("", "-") else ""
+    form = f'write in [read] what the sheet of the sensor says, e.g. scale.{name} = "2 {due}{per}" and '
     form += f'offset.{name} = "-1 {due}{" gauge" * bool(kind)}"'
     return f'{form}, or "{name} [{expected}]" in the header if the unit is wrong'
 
@@ -242,7 +284,8 @@ def _refuse_two_units(name: str, named: str, said: str | None, expected: str) ->
     units = [unit(split_kind(text)[0]) for text in (named, said) if text and is_unit(text)]
     if len(units) == 2 and units[1].dimension and units[0].dimension != units[1].dimension:
         due, _ = split_kind(expected)
-        right = f'write scale.{name} = "2 {due}/{said}" and offset.{name} in place of unit.{name}'
+        theirs = split_kind(said or "")[0]
+        right = f'write scale.{name} = "2 {due}/{theirs}" and offset.{name} in place of unit.{name}'
         right += f", or scale.{name} = 1 beside it if the header is wrong"
         raise InvalidValue(f"the header says {quoted(said)}, unit.{name} says {quoted(named)}", right)
 
@@ -258,7 +301,7 @@ def _matching(headers: Sequence[str], theirs: str | int) -> list[int]:
 
 def _numbers_of(
     path: Path, layout: Layout, dialect: Dialect, places: Sequence[_Place], declared: Mapping[str, str]
-) -> tuple[dict[int, np.ndarray], dict[int, Marks], dict[str, InvalidValue]]:
+) -> tuple[Numbers, dict[int, Marks], dict[str, InvalidValue]]:
     """Numbers of the declared columns and their marks by place, and the errors of columns with a cell that is none."""
     wanted = {
         place.at: (place.name, resolve_marks(dialect.marks_of(place.name), layout))
@@ -266,19 +309,21 @@ def _numbers_of(
         if place.name in declared
     }
     wrong: dict[str, InvalidValue] = {}
-    numbers: dict[int, np.ndarray] = {}
     while wanted:
         marks = {at: marks for at, (_, marks) in wanted.items()}
+        clocks = [at for at, (name, _) in wanted.items() if name == TIME and at in layout.clocks]
         try:
-            numbers = read_numbers(path, layout, marks)
-            return numbers, marks, wrong
+            return read_numbers(path, layout, marks, clocks), marks, wrong
         except CellError as error:
             name, said = wanted.pop(error.at)
             remedy = "" if dialect == PLAIN else name_remedy(error.cell, said, name)
             if not remedy and error.at == 0 and dialect != PLAIN and (ignored := name_ignored_line(error.cell)):
                 remedy = f"{error.right}, or {ignored}"
+            elif not remedy and error.at and dialect != PLAIN:
+                word = json.dumps(error.cell, ensure_ascii=False)
+                remedy = f"{error.right}, or write missing = [{word}] in [read] if it stands for a missing one"
             wrong[name] = InvalidValue(error.wrong, remedy or error.right)
-    return numbers, {}, wrong
+    return Numbers({}, {}), {}, wrong
 
 
 def _refuse_ambiguity(name: str, layout: Layout) -> InvalidValue:
@@ -291,7 +336,7 @@ def _refuse_ambiguity(name: str, layout: Layout) -> InvalidValue:
 
 
 def _placed_rows(
-    file: str, columns: Mapping[str, np.ndarray], axis: str
+    file: str, columns: Mapping[str, np.ndarray], axis: str, over_range: Mapping[str, np.ndarray]
 ) -> tuple[dict[str, np.ndarray], np.ndarray, list[str]]:
     """Columns without the rows that stand nowhere on the axis, numbers of the rows, and what is said of empty cells."""
     is_placed = ~np.isnan(columns[axis])
@@ -301,12 +346,15 @@ def _placed_rows(
         number = len(is_placed) - len(rows)
         hints.append(f"{file}: {number} row{'s' * (number > 1)} without {axis} left out")
         columns = {name: values[is_placed] for name, values in columns.items()}
-    return dict(columns), rows, [*hints, *_empty_cells(file, columns)]
+    over = {name: int(flags[is_placed].sum()) for name, flags in over_range.items()}
+    return dict(columns), rows, [*hints, *_empty_cells(file, columns, over)]
 
 
-def _empty_cells(file: str, columns: Mapping[str, np.ndarray]) -> Iterator[str]:
+def _empty_cells(file: str, columns: Mapping[str, np.ndarray], over_range: Mapping[str, int]) -> Iterator[str]:
     """What is said of cells without a number."""
     for name, values in columns.items():
         if number := int(np.isnan(values).sum()):
             cells = f"{number} of {len(values)} cells have no number"
+            if many := over_range.get(name):
+                cells += f", {many} of them as it is over range"
             yield f"{file}: {name}: {cells}; the other cells of their rows are used"

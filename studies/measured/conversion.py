@@ -9,10 +9,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.quantities import InvalidValue, quoted, unit
-from apesim.quantities.units import NUMBER, Unit
+from apesim.quantities.units import NUMBER, Unit, respelt
 
 KINDS = (ABSOLUTE, GAUGE) = ("abs", "gauge")
 """Words behind the unit of a pressure."""
+OTHER_KINDS = re.compile(r"(.+?)(?:\s*\(\s*(\w+)\s*\)|\s*([gGaA])|\s+(rel|relative|absolute|ü))")
+"""What laboratories write for them: psig, bar(g), kPaG, mbar abs., bar (abs)."""
+THEIR_KINDS = dict.fromkeys(("g", "gauge", "rel", "relative", "ü"), GAUGE) | dict.fromkeys(
+    ("a", "abs", "absolute"), ABSOLUTE
+)
+"""Ours for theirs, in small letters."""
 
 
 class Measure(NamedTuple):
@@ -102,11 +108,76 @@ def split_kind(text: str) -> tuple[str, str]:
 
     Examples
     --------
-    >>> split_kind("kPa abs"), split_kind("mm")
-    (('kPa', 'abs'), ('mm', ''))
+    >>> split_kind("kPa abs"), split_kind("mm"), split_kind("psig"), split_kind("bar(a)")
+    (('kPa', 'abs'), ('mm', ''), ('psi', 'gauge'), ('bar', 'abs'))
     """
     name, _, kind = text.rpartition(" ")
-    return (name.strip(), kind) if kind in KINDS else (text, "")
+    if kind in KINDS:
+        return name.strip(), kind
+    found = OTHER_KINDS.fullmatch(text)
+    if found and _is_pressure(found[1]):
+        word = next(word for word in found.groups()[1:] if word).lower()
+        if word in THEIR_KINDS:
+            return found[1], THEIR_KINDS[word]
+    return text, ""
+
+
+def _is_pressure(text: str) -> bool:
+    """Whether a text is a unit of pressure."""
+    try:
+        return unit(text).dimension == unit("Pa").dimension
+    except InvalidValue:
+        return False
+
+
+def suggest_unit(given: str | None, expected: str, scale: Measure | None = None) -> str:
+    """Suggest the unit that a column has, where what is given is none of it.
+
+    Parameters
+    ----------
+    given : str or None
+        What its header says; None: nothing.
+    expected : str
+        Unit of its dimension; that of a pressure ends in `` abs``.
+    scale : Measure, optional
+        What its numbers are multiplied with.
+
+    Returns
+    -------
+    str
+        Nearest right unit; with a scale that of the numbers before it.
+
+    Examples
+    --------
+    >>> suggest_unit("Grad", "deg"), suggest_unit("PSIG", "kPa abs"), suggest_unit("furlong", "mm")
+    ('deg', 'psi gauge', 'mm')
+    >>> suggest_unit(None, "mm", read_measure("2 mm/V")), suggest_unit(None, "ms", read_measure("0.2 ms"))
+    ('V', '-')
+    """
+    due, due_kind = split_kind(expected)
+    if scale and scale.unit:
+        for signal in (*SIGNALS, due):
+            if _multiply_dimensions(unit(signal), unit(scale.unit)) == unit(due).dimension:
+                return signal or "-"
+        return expected
+    for body, kind in _spellings(given or ""):
+        name = respelt(f"1 {body}").removeprefix("1 ")
+        try:
+            if body and unit(name).dimension == unit(due).dimension:
+                return f"{name} {kind or due_kind}" if due_kind else name
+        except InvalidValue:
+            continue
+    return expected
+
+
+def _spellings(text: str) -> list[tuple[str, str]]:
+    """Ways to split a unit of unknown spelling into unit and kind."""
+    body, kind = split_kind(text)
+    found = OTHER_KINDS.fullmatch(text)
+    if not found or kind:
+        return [(body, kind)]
+    word = next(word for word in found.groups()[1:] if word).lower()
+    return [(found[1], THEIR_KINDS[word]), (body, kind)] if word in THEIR_KINDS else [(body, kind)]
 
 
 def convert(
@@ -171,7 +242,8 @@ def convert(
         if not scale:
             raise InvalidValue(f"{quoted(given)} is no unit of {name}", right)
         form = f'unit.{name} is that of the file, before the scale, e.g. "V" with scale.{name} = "2 {due_name}/V"'
-        raise InvalidValue(f"{quoted(body)} times {quoted(scale.unit)} is no unit of {name}", form)
+        by_what = quoted(scale.unit) if scale.unit else "a bare number"
+        raise InvalidValue(f"{quoted(body)} times {by_what} is no unit of {name}", form)
     if source.dimension == due.dimension:
         if due_kind and not kind:
             raise InvalidValue(f"{quoted(given)} says neither gauge nor abs", f"{right}, or gauge")

@@ -52,6 +52,7 @@ KEYS = (
     "ignore_others",
     "header",
     "thousands",
+    "missing",
     "column",
     *SAMPLINGS,
     "start",
@@ -103,6 +104,8 @@ class Dialect(NamedTuple):
     """Marks in the numbers of a column that has its own, by our name."""
     interval: float | None = None
     """Time from row to row of a file without times [s]; None: the file has them."""
+    missing: tuple[str, ...] = ()
+    """Cells without a number, beside those that are known."""
     start: float | str | None = None
     """Time of the file at which t = 0 stands [s], or one of `STARTS`; None: not said, `COMMAND`."""
 
@@ -248,6 +251,7 @@ def read_dialect(
         marks=marks,
         marks_by_column=reading.marks_by_column(),
         interval=reading.interval(is_timed=is_timed),
+        missing=reading.missing(),
         start=reading.start(is_timed=is_timed),
     )
     if not dialect.header and not faults:
@@ -362,6 +366,14 @@ class _Reading:
                 self.fault("ignore_lines", f"a row of numbers may begin with {quoted(each)}, too", right)
         return tuple(each.strip() for each in value)
 
+    def missing(self) -> tuple[str, ...]:
+        """Cells without a number."""
+        value = self.table.get("missing", [])
+        if isinstance(value, list) and all(isinstance(each, str) and each.strip() for each in value):
+            return tuple(each.strip() for each in value)
+        self.fault("missing", f"{quoted(value)} is no list of texts", 'write missing = ["OVER", "-9999"]')
+        return ()
+
     def marks(self, section: str, table: Mapping[str, Any]) -> Marks:
         """Marks in numbers."""
         at = f"{section}.".removeprefix(f"{self.section}.")
@@ -448,7 +460,3 @@ def _contradictions(file: str, section: str, dialect: Dialect) -> Iterator[Fault
         if decimal and decimal == thousands:
             right = 'give two marks, or "" for the one that there is not'
             yield Fault(file, at, f"decimal and thousands are both {quoted(decimal)}", right)
-        for key, mark in (("decimal", decimal), ("thousands", thousands)):
-            if mark and mark == dialect.separator:
-                right = 'write separator = "semicolon" or "tab" if it is; else save the file with another one'
-                yield Fault(file, f"{at}.{key}", f"{quoted(mark)} is the separator, too: which is which?", right)

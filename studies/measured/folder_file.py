@@ -113,7 +113,7 @@ def read_stated_dialect(
     return None if faults else dialect, faults
 
 
-def find_unknown_start(file: str, axis: str, dialect: Dialect) -> Iterator[Fault]:
+def find_unknown_start(file: str, axis: str, dialect: Dialect, *, is_counted: bool) -> Iterator[Fault]:
     """Find whether rows are counted, and nothing says where the command is.
 
     Parameters
@@ -123,6 +123,8 @@ def find_unknown_start(file: str, axis: str, dialect: Dialect) -> Iterator[Fault
     axis : str
         Column over which its traces stand.
     dialect : Dialect
+    is_counted : bool
+        Whether its values are counted from the first row, as those of clock times are.
 
     Yields
     ------
@@ -130,14 +132,15 @@ def find_unknown_start(file: str, axis: str, dialect: Dialect) -> Iterator[Fault
 
     Examples
     --------
-    >>> [fault.key for fault in find_unknown_start("p040.csv", "time", Dialect(interval=1e-3))]
+    >>> [fault.key for fault in find_unknown_start("p040.csv", "time", Dialect(interval=1e-3), is_counted=False)]
     ['time']
     """
     right = f'write in [read] start = "{FIRST_ROW}", or its time after the first row, e.g. start = "12.5 ms"'
-    is_counted = axis in dialect.scales and dialect.scales[axis].unit
-    if dialect.interval is not None and dialect.start in (None, COMMAND):
+    is_scaled = axis in dialect.scales and dialect.scales[axis].unit
+    is_counted = is_counted or dialect.interval is not None
+    if is_counted and dialect.start in (None, COMMAND):
         yield Fault(file, axis, "is counted from the first row, and the command may be at any", right)
-    elif is_counted and dialect.start is None:
+    elif is_scaled and not is_counted and dialect.start is None:
         right = f'write in [read] start = "{COMMAND}" if it is at 0, start = "{FIRST_ROW}", or its time, e.g. "12.5 ms"'
         yield Fault(file, axis, "is made of other numbers by its scale, and the command may be at any of them", right)
 

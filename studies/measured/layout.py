@@ -2,19 +2,19 @@
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 from apesim.quantities import InvalidValue, quoted, unit
 from apesim.quantities.files import split_header
-from apesim.studies.measured.conversion import KINDS
+from apesim.studies.measured.cells import ANY_NUMBER, is_clock, is_missing, is_word, split_stated
+from apesim.studies.measured.conversion import split_kind
 from apesim.studies.measured.dialect import SEPARATORS, Dialect, Marks
 from apesim.studies.measured.text_blocks import HEAD_BYTES, blocks_of_lines, guess_encoding, read_head
 
-MISSING = frozenset({"", "-", "--", "nan", "-nan", "n/a", "na", "#n/a", "null", "none"})
-"""Cells without a number, in small letters."""
 GUESSED_ROWS = 200
 """Rows of numbers from which separator and marks are guessed."""
 MAX_PREAMBLE = 500
@@ -25,8 +25,10 @@ MIN_SHARE = 0.5
 """Share of rows that have to show a separator; the others are faults, each with its line."""
 GUESSES = ("\t", ";", ",", " ")
 """Separators that are tried. A comma and a blank stand in numbers and headers, too, and come last."""
-ANY_NUMBER = re.compile(r"[+-]?(?:[0-9][0-9.,']*|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?")
-"""A number with any marks."""
+
+
+CountTail = Callable[[Sequence[str]], int]
+"""Type of what counts the last columns of a header that a row may lack."""
 
 
 class Layout(NamedTuple):
@@ -48,6 +50,18 @@ class Layout(NamedTuple):
     """What was guessed, in words."""
     ignored: re.Pattern[bytes] | None = None
     """Pattern of the lines below the header that are passed over; None: there are none."""
+    optional: int = 0
+    """Last columns that nobody asks for: a row may end before them."""
+    clocks: frozenset[int] = frozenset()
+    """Places of columns of clock times, from 0."""
+    missing: frozenset[str] = frozenset()
+    """Texts that are stated to be no number, in small letters."""
+    missing_numbers: frozenset[float] = frozenset()
+    """Numbers that are stated to be none."""
+
+
+BRACKETS = r"\(((?:[^()]|\([^()]*\))*)\)"
+"""Brackets, which may hold one more pair: (bar(g))."""
 
 
 def split_line(line: str, separator: str) -> list[str]:
@@ -77,29 +91,11 @@ def split_line(line: str, separator: str) -> list[str]:
     if '"' in line:
         quiet = " ".join(line.split()) if separator == " " else line
         try:
-            return [cell.strip() for cell in next(csv.reader([quiet], delimiter=separator, strict=True))]
+            reader = csv.reader([quiet], delimiter=separator, strict=True, skipinitialspace=True)
+            return [cell.strip() for cell in next(reader)]
         except csv.Error:
             raise InvalidValue("has a quotation without an end", "write each cell in no or in two quotes") from None
     return line.split() if separator == " " else [cell.strip() for cell in line.split(separator)]
-
-
-def is_missing(cell: str) -> bool:
-    """Tell whether a cell says that there is no number.
-
-    Parameters
-    ----------
-    cell : str
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> is_missing("NaN"), is_missing("#N/A"), is_missing(""), is_missing("0")
-    (True, True, True, False)
-    """
-    return cell.lower() in MISSING
 
 
 def is_unit(text: str | None) -> bool:
@@ -119,7 +115,7 @@ def is_unit(text: str | None) -> bool:
     (True, False, False)
     """
     try:
-        return text is not None and bool(unit(re.sub(rf" ({'|'.join(KINDS)})$", "", text)))
+        return text is not None and bool(unit(split_kind(text)[0]))
     except InvalidValue:
         return False
 
@@ -146,7 +142,10 @@ def split_name(text: str) -> tuple[str, str | None]:
     name, named = split_header(text)
     if named is not None:
         return name, named
-    for form in (r"(.*?)\s*\(([^()]*)\)", r"(.*?)\s*/\s*(.*)", r"(.*?)\s+in\s+(.*)"):
+    forms = [rf"(.*?)\s*{BRACKETS}", r"(.*?)\s*/\s*(.*)", r"(.*?)\s+in\s+(.*)"]
+    if re.search(r"\(\s*[gG]\s*\)\s*$", text):  # in bar (g) it is no gram
+        forms.append(forms.pop(0))
+    for form in forms:
         parts = re.fullmatch(form, text.strip())
         if parts and parts[1] and parts[2].strip() and is_unit(parts[2].strip()):
             return parts[1], parts[2].strip()
@@ -198,22 +197,26 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
     rows = [lines[number] for number in above[dialect.header :]][: GUESSED_ROWS + 1]
     thousands = {marks.thousands or "" for marks in (dialect.marks, *dialect.marks_by_column.values())}
     marks_of_thousands = "".join(sorted(thousands))
-    separator = dialect.separator or _guess_separator(header, rows, marks_of_thousands)
+    count_tail = partial(_count_tail, names=names, dialect=dialect)
+    separator = dialect.separator or _guess_separator(header, rows, marks_of_thousands, count_tail)
     if dialect.is_stated and dialect.separator and (header is not None or dialect.interval is None):
-        _refuse_separator(dialect.separator, header, rows, marks_of_thousands)
+        _refuse_separator(dialect.separator, header, rows, marks_of_thousands, count_tail)
     if separator is None:
         separator = ","  # what apesim writes: a cell that is no number is a fault of the cell
         if not dialect.header or not _is_header(split_header_line(header or "", separator), names, dialect):
             raise _no_table(lines, first, dialect, "".join(thousands))
-    for marks in (dialect.marks, *dialect.marks_by_column.values()):
-        if separator in marks:
-            right = 'save it with another separator, and write it, e.g. separator = "semicolon", in [read]'
-            raise InvalidValue(f"{quoted(separator)} is the separator and a mark in numbers: which is which?", right)
     cells = [
         _split_numbered(lines[number], separator, number) for number in above[dialect.header :][: GUESSED_ROWS + 1]
     ]
     headers = [""] * len(cells[0]) if header is None else without_tail(split_header_line(header, separator))
-    cells = [fit_cells(row, len(headers)) for row in cells]
+    # between quotes a separator is a mark of a number; without quotes nobody can tell
+    is_quoted = any(separator in cell for row in cells for cell in row)
+    for marks in () if is_quoted else (dialect.marks, *dialect.marks_by_column.values()):
+        if separator in marks:
+            right = 'save it with another separator, and write it, e.g. separator = "semicolon", in [read]'
+            raise InvalidValue(f"{quoted(separator)} is the separator and a mark in numbers: which is which?", right)
+    optional = count_tail(headers) if dialect.header else 0
+    cells = [fit_cells(row, len(headers), optional) for row in cells]
     if dialect.header and not _is_header(headers, names, dialect):
         raise _no_table(lines, first, dialect, "".join(thousands))
     first_line = first + 1 if dialect.header else dialect.skip_rows
@@ -222,7 +225,7 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
         headers = [_with_unit(name, text) for name, text in zip(headers, units, strict=True)]
         first_line, cells = above[1] + 1, cells[1:]
     decimal = _guess_decimal(cells, separator, dialect)
-    if dialect.separator is None and header is None and separator == ",":
+    if dialect.separator is None and header is None and separator == "," and not is_quoted:
         _refuse_two_readings(cells)
     hints = _hints(dialect, separator, decimal, encoding, has_units=units is not None)
     return Layout(
@@ -231,10 +234,33 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
         tuple(headers),
         first_line,
         decimal,
-        not dialect.is_stated and separator == "," and first == 0 and units is None,
+        not dialect.is_stated and separator == "," and first == 0 and units is None and decimal != ",",
         tuple(hints),
         ignored,
+        optional,
+        _find_clocks(cells, len(headers)),
+        *split_stated(dialect.missing),
     )
+
+
+def _find_clocks(rows: Sequence[Sequence[str]], number: int) -> frozenset[int]:
+    """Places of the columns whose first cells are clock times, or missing."""
+    columns = list(zip(*(row for row in rows if len(row) == number), strict=True))
+    return frozenset(
+        at
+        for at, column in enumerate(columns)
+        if any(map(is_clock, column)) and all(is_clock(cell) or is_missing(cell) for cell in column)
+    )
+
+
+def _count_tail(headers: Sequence[str], *, names: Sequence[str], dialect: Dialect) -> int:
+    """Number of the last columns that have no name of ours, such as a comment."""
+    theirs = set(dialect.columns.values())
+    for number, header in enumerate(reversed(headers)):
+        known = {header, split_header(header)[0], split_name(header)[0]}
+        if known & {*names, *theirs} or len(headers) - number in theirs:
+            return number
+    return 0
 
 
 def ignored_pattern(texts: Sequence[str]) -> re.Pattern[bytes] | None:
@@ -324,15 +350,16 @@ def split_header_line(line: str, separator: str) -> list[str]:
     if separator != " " or '"' in line:
         cells = split_line(line, separator)
     else:
-        cells = re.findall(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?|[\[(][^\s]*", line)
+        found = re.finditer(rf"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|{BRACKETS}))?|[\[(][^\s]*", line)
+        cells = [each[0] for each in found]
     return [" ".join(cell.split()) for cell in cells]
 
 
 def _is_header(cells: Sequence[str], names: Sequence[str], dialect: Dialect) -> bool:
     """Whether cells are a header: with a name that is known, a unit, or what the dialect names."""
     theirs = set(dialect.columns.values())
-    if any(isinstance(each, int) for each in theirs):
-        return not any(ANY_NUMBER.fullmatch(cell) for cell in cells)
+    if any(isinstance(each, int) for each in theirs) and not any(ANY_NUMBER.fullmatch(cell) for cell in cells):
+        return True
     for cell in cells:
         name, named = split_name(cell)
         if name in names or is_unit(named) or cell in theirs or name in theirs:
@@ -347,37 +374,51 @@ def _is_numeric(cell: str, thousands: str) -> bool:
     return bool(ANY_NUMBER.fullmatch(cell))
 
 
-def _guess_separator(header: str | None, rows: Sequence[str], thousands: str) -> str | None:
+def _guess_separator(
+    header: str | None, rows: Sequence[str], thousands: str, count_tail: CountTail | None = None
+) -> str | None:
     """Separator that makes columns of numbers of all rows, else of most of them; None: there is none."""
-    shares = {separator: _share_of_rows(header, rows, thousands, separator) for separator in GUESSES}
-    best = max(GUESSES, key=lambda separator: shares[separator])  # the first of equals
-    return best if shares[best] > MIN_SHARE else None
+    for counted in (None, count_tail) if count_tail else (None,):  # rows as long as the header go first
+        shares = {separator: _share_of_rows(header, rows, thousands, separator, counted) for separator in GUESSES}
+        best = max(GUESSES, key=lambda separator: shares[separator])  # the first of equals
+        if shares[best] > MIN_SHARE:
+            return best
+    return None
 
 
-def _refuse_separator(separator: str, header: str | None, rows: Sequence[str], thousands: str) -> None:
+def _refuse_separator(
+    separator: str, header: str | None, rows: Sequence[str], thousands: str, count_tail: CountTail
+) -> None:
     """Refuse a separator that makes no table where another one does; raises `InvalidValue`."""
-    if _share_of_rows(header, rows, thousands, separator) > 0.0:
+    if _share_of_rows(header, rows, thousands, separator, count_tail) > 0.0:
         return
-    better = _guess_separator(header, rows, thousands)
+    better = _guess_separator(header, rows, thousands, count_tail)
     if better not in (None, separator):
         names = {mark: name for name, mark in SEPARATORS.items()}
         wrong = f'separator = "{names[separator]}" makes no columns of numbers'
         raise InvalidValue(wrong, f'write separator = "{names[better]}" in [read], or leave it out')
 
 
-def _share_of_rows(header: str | None, rows: Sequence[str], thousands: str, separator: str) -> float:
+def _share_of_rows(
+    header: str | None, rows: Sequence[str], thousands: str, separator: str, count_tail: CountTail | None = None
+) -> float:
     """Share of rows of which a separator makes as many cells as columns, two of them at least of numbers."""
     try:
         cells = [split_line(row, separator) for row in rows]
-        number = len(cells[0] if header is None else without_tail(split_header_line(header, separator)))
+        headers = cells[0] if header is None else without_tail(split_header_line(header, separator))
     except (InvalidValue, IndexError):
         return 0.0
-    cells = [fit_cells(row, number) for row in cells]
+    number, tail = len(headers), count_tail(headers) if count_tail and header is not None else 0
+    cells = [fit_cells(row, number, tail) for row in cells]
     if header is not None and not any(_is_numeric(cell, thousands) for row in cells[:1] for cell in row):
         cells = cells[1:]  # it may hold units
-    fitting = [row for row in cells if len(row) == number and all(_is_cell(cell, thousands) for cell in row)]
+    fitting = [
+        row
+        for row in cells
+        if len(row) == number and all(is_word(cell) or _is_numeric(cell, thousands) for cell in row)
+    ]
     columns = list(zip(*fitting, strict=True))
-    has_numbers = [any(_is_numeric(cell, thousands) for cell in column) for column in columns]
+    has_numbers = [any(_is_numeric(cell, thousands) or is_clock(cell) for cell in column) for column in columns]
     return len(fitting) / max(len(cells), 1) if sum(has_numbers) >= MIN_COLUMNS else 0.0
 
 
@@ -400,14 +441,16 @@ def without_tail(cells: list[str]) -> list[str]:
     return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
 
 
-def fit_cells(cells: list[str], number: int) -> list[str]:
-    """Take off the empty cell that a separator at the end of a row makes, where it is one too many.
+def fit_cells(cells: list[str], number: int, optional: int = 0) -> list[str]:
+    """Take off the empty cell that a separator at the end of a row makes, and add those that a row may end before.
 
     Parameters
     ----------
     cells : list of str
     number : int
         Number of columns.
+    optional : int
+        Number of the last of them that a row may lack.
 
     Returns
     -------
@@ -415,15 +458,12 @@ def fit_cells(cells: list[str], number: int) -> list[str]:
 
     Examples
     --------
-    >>> fit_cells(["0", "1", ""], 2), fit_cells(["0", "1", ""], 3)
-    (['0', '1'], ['0', '1', ''])
+    >>> fit_cells(["0", "1", ""], 2), fit_cells(["0", "1", ""], 3), fit_cells(["0", "1"], 3, optional=1)
+    (['0', '1'], ['0', '1', ''], ['0', '1', ''])
     """
+    if optional and number - optional <= len(cells) < number:
+        return [*cells, *[""] * (number - len(cells))]
     return cells[:-1] if len(cells) == number + 1 and not cells[-1] else cells
-
-
-def _is_cell(cell: str, thousands: str) -> bool:
-    """Whether a text is one cell: a number, none, or a word; not several numbers."""
-    return is_missing(cell) or _is_numeric(cell, thousands) or not re.search("[0-9]", cell)
 
 
 def _is_unit_row(cells: Sequence[str], number: int) -> bool:
@@ -431,13 +471,19 @@ def _is_unit_row(cells: Sequence[str], number: int) -> bool:
     if len(cells) != number or any(ANY_NUMBER.fullmatch(cell) for cell in cells):
         return False
     bare = [cell for cell in cells if cell and not re.fullmatch(r"\(.*\)|\[.*\]", cell)]
-    some = [cell for cell in cells if cell and is_unit(cell.strip("()[]")) and cell.strip("()[]")]
+    some = [cell for cell in cells if cell and is_unit(_unbracket(cell)) and _unbracket(cell)]
     return bool(some) and all(is_unit(cell) and not is_missing(cell) for cell in bare)
+
+
+def _unbracket(text: str) -> str:
+    """Text without the brackets around it."""
+    found = re.fullmatch(r"\s*[(\[](.*)[)\]]\s*", text)
+    return (found[1] if found else text).strip()
 
 
 def _with_unit(header: str, text: str) -> str:
     """Header with the unit of the line below."""
-    text = text.strip("()[] ")
+    text = _unbracket(text)
     return f"{header} [{text}]" if text and split_name(header)[1] is None else header
 
 
@@ -446,12 +492,12 @@ def _guess_decimal(rows: Sequence[Sequence[str]], separator: str, dialect: Diale
     decimal, thousands = dialect.marks
     if decimal is not None:
         return decimal
-    if separator == ",":
+    numbers = [cell for row in rows for cell in row if ANY_NUMBER.fullmatch(cell)]
+    points, commas = (sum(mark in cell for cell in numbers) for mark in ".,")
+    if separator == "," and not commas:  # else they stand between quotes
         return "." if thousands != "." else ""
     if thousands in (".", ","):
         return {".": ",", ",": "."}[thousands]
-    numbers = [cell for row in rows for cell in row if ANY_NUMBER.fullmatch(cell)]
-    points, commas = (sum(mark in cell for cell in numbers) for mark in ".,")
     if points and commas and not dialect.marks_by_column:
         right = 'write decimal = "," and thousands = "." in [read], or the other way round'
         raise InvalidValue("the numbers have both points and commas", right)
@@ -474,13 +520,31 @@ def _no_table(lines: Sequence[str], first: int, dialect: Dialect, thousands: str
     wrong = f"line {first + 1} is no header with names and units"
     for number in range(first, min(len(lines), first + MAX_PREAMBLE) - 2):
         rows = [line for line in lines[number + 1 : number + 5] if line.strip()]
-        is_head = not starts_numeric(lines[number]) and lines[number].strip()
-        if is_head and _guess_separator(lines[number], rows, thousands):
+        if _is_above_numbers(lines[number], rows, thousands):
             key = f"skip_rows = {number}, and " * (number > first)
             return InvalidValue(wrong, f'write {key}columns = {{ time = "their header", … }} in [read]')
         if number == first and _guess_separator(None, [lines[first], *rows], thousands):
-            return InvalidValue(wrong, "write header = false and columns = { time = 1, lift = 2 } in [read]")
+            right = "write header = false and columns = { time = 1, lift = 2 } in [read]"
+            right += f", with skip_rows = {first + 1} if line {first + 1} is a header of numbers"
+            return InvalidValue(wrong, right)
     return InvalidValue(wrong)
+
+
+def _is_above_numbers(line: str, rows: Sequence[str], thousands: str) -> bool:
+    """Whether a line of words stands right above rows of numbers, or above a line of units and them."""
+    if starts_numeric(line) or not line.strip() or not rows:
+        return False
+    separator = _guess_separator(line, rows, thousands, _count_any_tail)
+    if not separator:
+        return False
+    units = split_line(rows[0], separator)
+    below = rows[1:] if _is_unit_row(units, len(units)) else rows
+    return bool(below) and starts_numeric(below[0].lstrip('\t ,;"'))
+
+
+def _count_any_tail(headers: Sequence[str]) -> int:
+    """One: the last column of a header that may be any may be one of comments."""
+    return int(len(headers) > MIN_COLUMNS)
 
 
 def starts_numeric(line: str) -> bool:
@@ -507,7 +571,7 @@ def _hints(dialect: Dialect, separator: str, decimal: str, encoding: str, *, has
     keys = []
     if dialect.separator is None and (dialect.is_stated or separator != ","):
         keys.append(f'separator = "{next(name for name, mark in SEPARATORS.items() if mark == separator)}"')
-    if dialect.marks.decimal is None and separator != ",":
+    if dialect.marks.decimal is None and (separator != "," or decimal == ","):
         keys.append(f'decimal = "{decimal}"')
     if dialect.encoding is None and not encoding.startswith("utf-8"):
         keys.append(f'encoding = "{encoding}"')

@@ -27,7 +27,12 @@ from apesim.studies.measured.folder_file import (
     take_read_table,
 )
 from apesim.studies.measured.known_to import find_absent_sensors, read_table
-from apesim.studies.measured.plausibility.disturbances import find_code_limits, find_impossible, mask_disturbances
+from apesim.studies.measured.plausibility.disturbances import (
+    find_code_limits,
+    find_impossible,
+    is_short,
+    mask_disturbances,
+)
 from apesim.studies.measured.runs import (
     BENCHES,
     CYLINDER,
@@ -36,6 +41,7 @@ from apesim.studies.measured.runs import (
     ROLES,
     VALVE,
     Bench,
+    Disturbance,
     Masked,
     Measured,
     MeasuredRun,
@@ -146,7 +152,9 @@ def read_measured(
     if all_faults:
         raise InputError(all_faults)
     repeats: list[MeasuredRun] = []
+    first_repeats: list[int] = []
     for run in filter(None, runs):
+        first_repeats.append(len(repeats))
         try:
             repeats += split_record(run, folder)
         except InputError as error:
@@ -154,6 +162,7 @@ def read_measured(
     if all_faults:
         raise InputError(all_faults)
     hints += find_absent_sensors(known_to, repeats)
+    masked = [each._replace(run=first_repeats[each.run]) for each in masked]
     said = tuple(dict.fromkeys(hints))
     return Measured(str(folder), noise, tuple(repeats), known, ambient_pressure, said, known_to, tuple(masked), scatter)
 
@@ -283,13 +292,13 @@ def _columns(
     sensor = "force [N]" if sensors.given else "lift [mm]"
     header = ",".join([f"{axis} [{sensors.axis_unit}]", *(f"{n} [{u}]" for n, u in sensors.given.items()), sensor])
     example = f'give a CSV with the header "{header}"'
-    columns, names, wrong, hints = read_columns(
+    columns, names, wrong, hints, over_range, is_counted = read_columns(
         path, declared, (axis, *sensors.given), ambient_pressure, right=example, dialect=dialect
     )
     unknown = find_unknown_keys(file, "", [name for name in names if name not in sensors.computed], declared)
     faults = list(dict.fromkeys([*(_name_unknown(fault, dialect) for fault in unknown), *wrong]))
     if not sensors.given:
-        faults += find_unknown_start(file, axis, dialect)
+        faults += find_unknown_start(file, axis, dialect, is_counted=is_counted)
     if not wrong and not sensors.traces.keys() & columns.keys():
         faults.append(Fault(file, "", "no column of a sensor", f'name one in the header, e.g. "{sensor}"'))
     if not faults:
@@ -305,10 +314,21 @@ def _columns(
     if not faults:
         if not sensors.given:  # else samples are averaged over cells of the stroke, all columns alike
             columns, masked = mask_disturbances(columns, axis, sensors.traces)
+        masked += _over_range(
+            columns[axis], axis, {name: over_range[name] for name in sensors.traces if name in over_range}
+        )
         columns, said = thin(columns, axis)
         hints += [f"{path.name}: {text}" for text in said]
     all_faults += faults
     return columns, hints, masked
+
+
+def _over_range(places: np.ndarray, axis: str, over_range: Mapping[str, np.ndarray]) -> Iterator[Masked]:
+    """What is masked as the file says that it is over range: the sensor or the recorder was at its end there."""
+    for channel, flags in over_range.items():
+        if flags.any():
+            unknown, share = np.full(int(flags.sum()), nan), float(np.mean(flags))
+            yield Masked(0, channel, Disturbance.CLIPPED, places[flags], unknown, share, is_short(places, flags, axis))
 
 
 def _name_unknown(fault: Fault, dialect: Dialect) -> Fault:

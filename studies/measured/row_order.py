@@ -94,7 +94,9 @@ def find_disorder(
     if not len(wrong):
         return None
     falls = np.flatnonzero(steps < 0.0)
-    if len(falls) == len(steps) > 1:
+    if len(places) < MIN_RECORD:
+        return InvalidValue(f"does not rise in row {rows[wrong[0] + 1]}", "sort the rows, one of equals")
+    if len(falls) == len(steps):
         return InvalidValue("falls from row to row", "turn the order of the rows round")
     if not len(falls) and len(wrong) >= MIN_EQUALS * len(steps):
         if _are_pairs_of_extremes(steps, others):

@@ -119,9 +119,11 @@ class Masked(NamedTuple):
     places: np.ndarray
     """Times [s], or crank angles [rad], (n,), ascending, as the file has them."""
     values: np.ndarray
-    """Values that were measured [SI], (n,)."""
+    """Values that were measured [SI], (n,); NaN where the file says that they are over range."""
     share: float
     """Their share of the samples of the channel."""
+    is_short: bool = True
+    """Whether they are so few that nothing is lost with them; only what is over range may be more."""
 
 
 class Measured(NamedTuple):

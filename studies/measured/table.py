@@ -3,14 +3,23 @@
 import io
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from apesim.quantities import InvalidValue, quoted
+from apesim.studies.measured.cells import (
+    LIKE_OVER_RANGE,
+    SCPI_MISSING,
+    SCPI_OVER_RANGE,
+    Clock,
+    is_missing,
+    is_over_range,
+)
 from apesim.studies.measured.dialect import NUMBER_BEGINS, Marks
-from apesim.studies.measured.layout import Layout, fit_cells, is_missing, refuse_encoding, split_line, starts_numeric
+from apesim.studies.measured.layout import Layout, fit_cells, refuse_encoding, split_line, starts_numeric
 from apesim.studies.measured.text_blocks import blocks_of_lines
 
 MAX_ROWS = 50_000_000
@@ -19,6 +28,8 @@ PLAIN_BYTES = b"0123456789+-.eEnNaA \t\n"
 """Bytes of numbers with a decimal point, and of nan, which NumPy reads at once."""
 EXPONENT = r"(?:[eE][+-]?[0-9]{1,3})?"
 """The end of a number."""
+SEGMENT = "Channels"
+"""First word of the header that LabVIEW writes above a further segment, see the specification of its .lvm files."""
 MAX_BEGINNING = 30
 """Characters of a line that are named to know it again."""
 UNDECIDED = 1e-6
@@ -54,7 +65,16 @@ def number_pattern(marks: Marks) -> re.Pattern[str]:
     return re.compile(rf"[+-]?{body}{EXPONENT}")
 
 
-def read_numbers(path: Path, layout: Layout, wanted: Mapping[int, Marks]) -> dict[int, np.ndarray]:
+class Numbers(NamedTuple):
+    """Numbers of columns, by the place of the column."""
+
+    values: dict[int, np.ndarray]
+    """(n,) float arrays, NaN where a cell has no number."""
+    over_range: dict[int, np.ndarray]
+    """(m,) int arrays: rows, from 0, whose cell says that the number is over range."""
+
+
+def read_numbers(path: Path, layout: Layout, wanted: Mapping[int, Marks], clocks: Collection[int] = ()) -> Numbers:
     r"""Read columns of a file.
 
     Parameters
@@ -64,11 +84,12 @@ def read_numbers(path: Path, layout: Layout, wanted: Mapping[int, Marks]) -> dic
         Where its numbers stand.
     wanted : mapping of int to Marks
         Marks of each column by its place, from 0, without None.
+    clocks : collection of int
+        Places of those that hold clock times, which are read in seconds.
 
     Returns
     -------
-    dict of int to (n,) float array
-        Numbers by the place of the column; NaN where a cell has none.
+    Numbers
 
     Raises
     ------
@@ -84,21 +105,37 @@ def read_numbers(path: Path, layout: Layout, wanted: Mapping[int, Marks]) -> dic
     ...     path = Path(folder, "p040.csv")
     ...     _ = path.write_text("time [ms];lift [mm]\n0,0;0,01\n0,5;-\n")
     ...     layout = find_layout(path, Dialect(), ("time", "lift"))
-    ...     read_numbers(path, layout, {0: Marks(",", ""), 1: Marks(",", "")})
+    ...     read_numbers(path, layout, {0: Marks(",", ""), 1: Marks(",", "")}).values
     {0: array([0. , 0.5]), 1: array([0.01,  nan])}
     """
     parts: dict[int, list[np.ndarray]] = {at: [np.empty(0)] for at in wanted}
+    words: dict[int, list[int]] = {at: [] for at in wanted}
+    readers = {at: Clock() for at in clocks}
     rows = 0
     for line, block in _data_blocks(path, layout):
         numbers = _read_at_once(block, layout, wanted)
         if numbers is None:
-            numbers = _read_cell_by_cell(block, line, layout, wanted)
+            numbers, over = _read_cell_by_cell(block, line, layout, wanted, readers)
+            for at, places in over.items():
+                words[at] += [rows + place for place in places]
         for at, values in numbers.items():
             parts[at].append(values)
         rows += len(next(iter(numbers.values()), ()))
         if rows > MAX_ROWS:
             raise InvalidValue(f"has more than {MAX_ROWS // 10**6} million rows", "cut it into several records")
-    return {at: np.concatenate(parts.pop(at)) for at in wanted}
+    values = {at: np.concatenate(parts.pop(at)) for at in wanted}
+    return Numbers(values, {at: _take_out(values[at], words[at], layout.missing_numbers) for at in wanted})
+
+
+def _take_out(values: np.ndarray, words: Sequence[int], missing: Collection[float]) -> np.ndarray:
+    """Put NaN for the numbers that stand for none; returns the rows that are over range, by words or by a number."""
+    is_over = np.abs(values) == SCPI_OVER_RANGE
+    is_none = is_over | (values == SCPI_MISSING)
+    for number in missing:
+        is_none |= values == number
+    if is_none.any():
+        values[is_none] = np.nan
+    return np.union1d(np.flatnonzero(is_over), np.array(words, dtype=int))
 
 
 def _data_blocks(path: Path, layout: Layout) -> Iterator[tuple[int, bytes]]:
@@ -159,6 +196,8 @@ def _read_at_once(block: bytes, layout: Layout, wanted: Mapping[int, Marks]) -> 
     if len(decimals) != 1 or any(marks.thousands for marks in wanted.values()):
         return None
     [decimal] = decimals
+    if decimal == layout.separator:
+        return None
     separator = layout.separator.encode()
     if decimal == ",":
         if b"." in block:
@@ -176,25 +215,36 @@ def _read_at_once(block: bytes, layout: Layout, wanted: Mapping[int, Marks]) -> 
         numbers = np.loadtxt(io.BytesIO(block), delimiter=delimiter, comments=None, ndmin=2)
     except ValueError:
         return None
-    return {at: numbers[:, at].copy() for at in wanted} if numbers.shape[1] == number else None
+    is_whole = number - layout.optional <= numbers.shape[1] <= number
+    return {at: numbers[:, at].copy() for at in wanted} if is_whole else None
 
 
-def _read_cell_by_cell(block: bytes, line: int, layout: Layout, wanted: Mapping[int, Marks]) -> dict[int, np.ndarray]:
-    """Columns of a block in any dialect; so many lines stand above it."""
+def _read_cell_by_cell(
+    block: bytes, line: int, layout: Layout, wanted: Mapping[int, Marks], clocks: Mapping[int, Clock]
+) -> tuple[dict[int, np.ndarray], dict[int, list[int]]]:
+    """Columns of a block in any dialect, and the rows of cells over range; so many lines stand above it."""
+    over: dict[int, list[int]] = {at: [] for at in wanted}
     patterns = {at: number_pattern(marks) for at, marks in wanted.items()}
     values: dict[int, list[float]] = {at: [] for at in wanted}
     for number, cells in _rows_of(block, line, layout):
         for at, (decimal, thousands) in wanted.items():
             cell = cells[at]
-            if patterns[at].fullmatch(cell):
+            if at in clocks and not is_missing(cell):
+                try:
+                    values[at].append(clocks[at].read(cell))
+                except InvalidValue as wrong:
+                    raise InvalidValue(f"line {number}: {wrong.wrong}", wrong.right) from None
+            elif patterns[at].fullmatch(cell):
                 if thousands:
                     cell = cell.replace(thousands, "")
                 values[at].append(float(cell.replace(",", ".") if decimal == "," else cell))
-            elif is_missing(cell):
+            elif is_missing(cell) or is_over_range(cell) or cell.lower() in layout.missing:
+                if is_over_range(cell) or (cell.lower() in layout.missing and LIKE_OVER_RANGE.search(cell)):
+                    over[at].append(len(values[at]))
                 values[at].append(np.nan)
             else:
                 raise LineError(number, cells[0]) if _has_words_alone(cells) else CellError(at, cell, number)
-    return {at: np.array(column, dtype=float) for at, column in values.items()}
+    return {at: np.array(column, dtype=float) for at, column in values.items()}, over
 
 
 def _rows_of(block: bytes, line: int, layout: Layout) -> Iterator[tuple[int, list[str]]]:
@@ -208,9 +258,12 @@ def _rows_of(block: bytes, line: int, layout: Layout) -> Iterator[tuple[int, lis
         if not text.strip():
             continue
         try:
-            cells = fit_cells(split_line(text, layout.separator), number)
+            cells = fit_cells(split_line(text, layout.separator), number, layout.optional)
         except InvalidValue as error:
             raise InvalidValue(f"line {at} {error.wrong}", error.right) from None
+        if cells[0] == SEGMENT:
+            right = "save each segment in a file of its own"
+            raise InvalidValue(f"line {at} begins another segment of LabVIEW", right)
         if len(cells) != number:
             if _has_words_alone(cells):
                 raise LineError(at, cells[0])
@@ -303,7 +356,7 @@ def is_ambiguous(path: Path, layout: Layout, at: int, values: np.ndarray, decima
     for line, block in _data_blocks(path, layout):
         for _, cells in _rows_of(block, line, layout):
             cell = cells[at]
-            if not (is_missing(cell) or undecided.fullmatch(cell) or neutral.fullmatch(cell)):
+            if not (is_missing(cell) or is_over_range(cell) or undecided.fullmatch(cell) or neutral.fullmatch(cell)):
                 return False
             is_marked.append(bool(undecided.fullmatch(cell)))
     marked = np.array(is_marked)

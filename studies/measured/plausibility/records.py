@@ -228,7 +228,7 @@ def check_masked(measured: Measured) -> Iterator[Finding]:
     ['a spike to 30 mm at 4 ms; 1 % of the samples are masked']
     """
     for each in measured.masked:
-        finding = _describe_disturbance(measured.runs[each.run], each, is_masked=True, is_short=True)
+        finding = _describe_disturbance(measured.runs[each.run], each, is_masked=True, is_short=each.is_short)
         alike = {
             other.run
             for other in measured.masked
@@ -295,6 +295,9 @@ def _describe_disturbance(run: MeasuredRun, masked: Masked, *, is_masked: bool, 
         if masked.disturbance == Disturbance.CLIPPED:
             check, reason = Check.CLIPPED, "clipped at the end of its range?"
             right = "choose a wider range of sensor and recorder"
+    if np.isnan(masked.values).all():
+        where = f"between {shown[0]} and {shown[-1]}" if number > 1 else f"at {shown[0]}"
+        seen = f"is over range in {number} sample{'s' * (number > 1)} {where}, as the file says"
     if is_masked:
         seen += f"; {100.0 * masked.share:.2g} % of the samples are masked"
         right = f"these samples are used by nothing; {right}"

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from apesim.quantities import InputError
 from apesim.studies.measured import read_measured
+from apesim.studies.measured.cells import MISSING, OVER_RANGE
 from apesim.studies.measured.dialect import KEYS as KEYS_OF_READ
 from apesim.studies.measured.dialect import SEPARATORS
-from apesim.studies.measured.layout import MISSING
 from tests.machines import AMBIENT
 
 DATA = Path(__file__).parent / "data"
@@ -395,7 +395,7 @@ def test_commas_that_may_be_both_are_asked_for(tmp_path):
         'write separator = "comma" in [read], or save it with another separator'
     )
     lines = refused(tmp_path, text, f'{about}separator = "comma"\ndecimal = ","')
-    assert lines[0].startswith("measured.toml: read.decimal: ',' is the separator, too: which is which?")
+    assert lines[0].startswith("a.csv: ',' is the separator and a mark in numbers: which is which?")
     [line] = refused(tmp_path, "time [ms],lift [mm]\n" + rows(lambda value: f"{value:.0f}", ","), "[read]\ndecimal=','")
     assert line.startswith("a.csv: ',' is the separator and a mark in numbers: which is which?")
 
@@ -445,7 +445,8 @@ HEAD = "time [ms];lift [mm]\n"
             rows(str, ";"),
             "",
             "a.csv: line 1 is no header with names and units; "
-            "write header = false and columns = { time = 1, lift = 2 } in [read]",
+            "write header = false and columns = { time = 1, lift = 2 } in [read], "
+            "with skip_rows = 1 if line 1 is a header of numbers",
         ),
         ("", "", "a.csv: there is nothing; give a file with rows of numbers"),
         (
@@ -704,7 +705,7 @@ def test_the_guide_has_every_key():
     section = page[page.index("## Files of a laboratory") : page.index("### What is guessed")]
     cells = re.findall(r"^\| (`[^|]+`) \|", section, re.MULTILINE)
     assert {key for cell in cells for key in re.findall(r"`(\w+)", cell)} == set(KEYS_OF_READ)
-    assert all(f"`{cell}`" in page for cell in MISSING - {""})
+    assert all(f"`{cell}`" in page for cell in (MISSING | OVER_RANGE) - {""})
 
 
 def test_the_guides_example_is_read(tmp_path):
