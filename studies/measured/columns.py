@@ -124,8 +124,8 @@ def read_columns(
         form = _name_unit(name, matching[0].unit if matching else None, expected, dialect)
         try:
             if len(matching) > 1:
-                numbered = f", or write its number: columns.{name} = {matching[0].at + 1} in [read]"
-                raise InvalidValue("stands in several columns", "keep one of them" + numbered * (dialect != PLAIN))
+                ignored = f", or write ignore = [{matching[-1].at + 1}] in [read]" * (dialect != PLAIN)
+                raise InvalidValue("stands in several columns", f"keep one of them{ignored}")
             if name == TIME and dialect.interval is not None:
                 if matching:
                     right = f'take the key out, or write ignore = ["{layout.headers[matching[0].at]}"] in [read]'

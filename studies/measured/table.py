@@ -123,8 +123,8 @@ def read_numbers(path: Path, layout: Layout, wanted: Mapping[int, Marks], clocks
         rows += len(next(iter(numbers.values()), ()))
         if rows > MAX_ROWS:
             raise InvalidValue(f"has more than {MAX_ROWS // 10**6} million rows", "cut it into several records")
-    values = {at: np.concatenate(parts.pop(at)) for at in wanted}
-    return Numbers(values, {at: _take_out(values[at], words[at], layout.missing_numbers) for at in wanted})
+    columns = {at: np.concatenate(parts.pop(at)) for at in wanted}
+    return Numbers(columns, {at: _take_out(columns[at], words[at], layout.missing_numbers) for at in wanted})
 
 
 def _take_out(values: np.ndarray, words: Sequence[int], missing: Collection[float]) -> np.ndarray:

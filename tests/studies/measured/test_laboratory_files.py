@@ -317,6 +317,7 @@ def test_columns_are_numbered_among_equal_names(tmp_path):
         f"{t};99;{y}\n" for t, y in zip(TIMES.tolist(), LIFTS.tolist(), strict=True)
     )
     [line] = refused(tmp_path, text)
-    assert "lift: stands in several columns; keep one of them, or write its number: columns.lift = 2 in [read]" in line
-    run, _ = read(tmp_path, text, "[read]\ncolumns.lift = 3")
-    assert holds(run)
+    assert "lift: stands in several columns; keep one of them, or write ignore = [3] in [read]" in line
+    for said in ("columns.lift = 3", "ignore = [2]"):
+        run, _ = read(tmp_path, text, f"[read]\n{said}")
+        assert holds(run)

@@ -149,7 +149,8 @@ def test_a_name_of_a_data_file_that_the_system_cannot_have_is_named(folder):
         ),
         (
             "time [ms],lift [mm]\n0,1\n1,one\n",
-            "a.csv: lift: 'one' in line 3 is no finite number; give a number in every cell",
+            "a.csv: lift: 'one' in line 3 is no finite number; give a number in every cell, "
+            'or write missing = ["one"] in [read] if it stands for a missing one',
         ),
         (
             "time [ms],lift [mm]\n0,nan\n1,nan\n",
@@ -159,7 +160,7 @@ def test_a_name_of_a_data_file_that_the_system_cannot_have_is_named(folder):
         ("time [ms],lift [mm]\n1,1\n1,2\n", "a.csv: time: does not rise in row 2; sort the rows, one of equals"),
         (
             "time [ms],lift [mm],lift [m]\n" + ROWS.replace("\n", ",1\n"),
-            "a.csv: lift: stands in several columns; keep one of them",
+            "a.csv: lift: stands in several columns; keep one of them, or write ignore = [3] in [read]",
         ),
         (
             "time [ms],lift [mm],Trigger\n" + ROWS.replace("\n", ",1\n"),
