@@ -64,7 +64,6 @@ def read_columns(
     *,
     right: str,
     dialect: Dialect = PLAIN,
-    allow_missing: bool = True,
 ) -> Columns:
     r"""Read the declared columns of a file; others are ignored.
 
@@ -85,8 +84,6 @@ def read_columns(
         then, as the file may be any other.
     dialect : Dialect
         Way in which the file is written; that of apesim's own files if left out.
-    allow_missing : bool
-        Whether cells may be without a number.
 
     Returns
     -------
@@ -145,9 +142,6 @@ def read_columns(
                 if len(read.over_range[at]):
                     raise InvalidValue("is over range in every row that has a value", "leave the column out")
                 continue
-            if is_empty.any() and not allow_missing:
-                row = int(np.argmax(is_empty)) + 1
-                raise InvalidValue(f"has no number in row {row}", "give a number in every cell")
             if name == TIME and at in layout.clocks:
                 is_counted = True
                 columns[name] = _count_clock(values, named, dialect)
