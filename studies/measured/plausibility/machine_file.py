@@ -17,7 +17,10 @@ from apesim.studies.measured.plausibility.findings import Check, Finding, Kind, 
 from apesim.studies.measured.plausibility.signals import find_levels, find_noise, select_judged, smooth
 from apesim.studies.measured.plausibility.thresholds import (
     FLAT_LEVEL,
+    MAX_COMPARED,
     MAX_FLIGHT_FACTOR,
+    MAX_GAIN,
+    MAX_LEFT_OF_GAIN,
     MAX_OFF_STROKE,
     MAX_OFF_STROKE_WARNED,
     MAX_TOPS_APART,
@@ -32,6 +35,7 @@ from apesim.studies.measured.plausibility.thresholds import (
     MIN_REACHED_OF_PRIOR,
     MIN_SAMPLES,
 )
+from apesim.studies.measured.prediction import with_value
 from apesim.studies.measured.runs import VALVE, Measured, MeasuredRun
 
 FLIGHT = 0.1, 0.9
@@ -125,8 +129,10 @@ def _check_stroke(machine: Machine, measured: Measured, tops: Sequence[_Top]) ->
     share = float(np.median(shares))
     if not (shares.max() < 1.0 - MAX_OFF_STROKE_WARNED or shares.min() > 1.0 + MAX_OFF_STROKE_WARNED):
         return
-    is_allowed = abs(share - 1.0) <= MIN_REACHED_OF_PRIOR * _find_deviation(machine, measured)
-    kind = Kind.FAULT if abs(share - 1.0) > MAX_OFF_STROKE and not is_allowed else Kind.WARNING
+    off = abs(share - 1.0)
+    is_allowed = off <= MIN_REACHED_OF_PRIOR * _find_deviation(machine, measured)
+    is_wrong = off > MAX_GAIN or (off > MAX_OFF_STROKE and _is_shorter(machine, tops, share))
+    kind = Kind.FAULT if is_wrong and not is_allowed else Kind.WARNING
     first, flat = tops[0], share * machine.valve.stroke
     many = f"all {len(shares)} runs" if len(shares) > 1 else "the run"
     stated = show(first.run.bench, "lift", machine.valve.stroke)
@@ -134,6 +140,25 @@ def _check_stroke(machine: Machine, measured: Measured, tops: Sequence[_Top]) ->
     reason = f"is the stroke {1e3 * flat:.2f} mm, or the gain of the sensor {share:.2f}?"
     right = "write valve.stroke as it is into the machine file, or mend the sensor's scale"
     yield Finding(kind, Check.STROKE, first.run.data, "lift", seen, reason, right, first.number)
+
+
+def _is_shorter(machine: Machine, tops: Sequence[_Top], share: float) -> bool:
+    """Whether a machine whose stroke is so much of its own shows the lifts better than its own lift times the share.
+
+    A valve of another stroke flies for another time, a sensor of another gain does not.
+    """
+    shorter = with_value(machine, "valve.stroke", share * machine.valve.stroke)
+    left_of_gain = left_of_stroke = 0.0
+    for top in tops[:MAX_COMPARED]:
+        shown = expect(shorter, top.run)
+        if shown is None:
+            return False
+        values = top.run.channels["lift"]
+        noise = find_noise(values) ** 2
+        gained, other = share * top.expected.at("lift", top.run), shown.at("lift", top.run)
+        left_of_gain += max(float(np.nanmean((values - gained) ** 2)) - noise, 0.0)
+        left_of_stroke += max(float(np.nanmean((values - other) ** 2)) - noise, 0.0)
+    return left_of_stroke < MAX_LEFT_OF_GAIN * left_of_gain
 
 
 def _find_deviation(machine: Machine, measured: Measured) -> float:

@@ -180,8 +180,12 @@ MIN_MISSING_WARNED = 0.1
 
 MAX_OFF_STROKE_WARNED, MAX_OFF_STROKE = 0.03, 0.05
 """Share of the stroke by which the flat end of the lift may miss it in all runs before it is warned of, and before it
-is refused: the usual gain of a sensor is known to 0.5 %, a calibration follows it to 2.5 %, and the search names a gain
-up to `MAX_ABOVE`."""
+is refused: the usual gain of a sensor is known to 0.5 %, and a calibration follows what is more than usual."""
+MAX_GAIN = 0.2
+"""Error of a gain that no effect of the library makes: beyond it the stroke is wrong, or the gain is."""
+MAX_LEFT_OF_GAIN, MAX_COMPARED = 0.5, 4
+"""Share of the square of the difference that another stroke leaves of what another gain does, below which the stroke is
+wrong, and runs that are compared for it: a search names a gain by itself, and fails at a wrong stroke."""
 MAX_TOPS_APART = 0.015
 """Share of the stroke by which flat ends of runs may differ to be one stop: noise and seats that yield."""
 MIN_REACHED_OF_PRIOR = 5.0

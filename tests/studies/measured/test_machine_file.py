@@ -107,6 +107,15 @@ def test_no_effect_is_taken_for_a_number_of_the_machine(effect):
         assert of_the_machine(MACHINE, folder(supplies=(0.14, 0.6), changed=changed)) == [], ends
 
 
+@pytest.mark.parametrize("gain", [0.9, 0.93])
+def test_a_gain_that_is_off_is_warned_of_and_left_to_the_search(gain):
+    measured = folder()
+    runs = tuple(run._replace(channels={"lift": gain * run.channels["lift"]}) for run in measured.runs)
+    for number in (1, 3):
+        found = of_the_machine(MACHINE, measured._replace(runs=runs[:number]))
+        assert [str(one.kind) for one in found] == ["warning"]
+
+
 @pytest.mark.parametrize("gain", [0.98, 1.02])
 def test_an_error_of_the_gain_that_is_usual_refuses_nothing(gain):
     measured = folder()
