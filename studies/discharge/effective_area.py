@@ -72,7 +72,7 @@ class EffectiveArea(Result):
         >>> import tempfile
         >>> import apesim
         >>> times = np.arange(-5.0, 60.0, 0.5)
-        >>> rows = np.column_stack((times, 0.1 + 0.6 * np.exp(-np.clip(times, 0.0, None) / 12.0)))
+        >>> rows = np.column_stack((times, 0.7 / (1.0 + np.clip(times, 0.0, None) / 400.0) ** 7))
         >>> folder = tempfile.TemporaryDirectory()
         >>> test, form = f"{folder.name}/p060.csv", "time [ms],pressure [MPa abs]"
         >>> np.savetxt(test, rows, delimiter=",", header=form, comments="")
@@ -110,7 +110,7 @@ class EffectiveArea(Result):
         >>> import tempfile
         >>> import apesim
         >>> times = np.arange(-5.0, 60.0, 0.5)
-        >>> rows = np.column_stack((times, 0.1 + 0.6 * np.exp(-np.clip(times, 0.0, None) / 12.0)))
+        >>> rows = np.column_stack((times, 0.7 / (1.0 + np.clip(times, 0.0, None) / 400.0) ** 7))
         >>> folder = tempfile.TemporaryDirectory()
         >>> test, form = f"{folder.name}/p060.csv", "time [ms],pressure [MPa abs]"
         >>> np.savetxt(test, rows, delimiter=",", header=form, comments="")
@@ -145,7 +145,7 @@ class EffectiveArea(Result):
         >>> import tempfile
         >>> import apesim
         >>> times = np.arange(-5.0, 60.0, 0.5)
-        >>> rows = np.column_stack((times, 0.1 + 0.6 * np.exp(-np.clip(times, 0.0, None) / 12.0)))
+        >>> rows = np.column_stack((times, 0.7 / (1.0 + np.clip(times, 0.0, None) / 400.0) ** 7))
         >>> folder = tempfile.TemporaryDirectory()
         >>> test, form = f"{folder.name}/p060.csv", "time [ms],pressure [MPa abs]"
         >>> np.savetxt(test, rows, delimiter=",", header=form, comments="")
@@ -176,7 +176,7 @@ class EffectiveArea(Result):
         >>> import tempfile
         >>> import apesim
         >>> times = np.arange(-5.0, 60.0, 0.5)
-        >>> rows = np.column_stack((times, 0.1 + 0.6 * np.exp(-np.clip(times, 0.0, None) / 12.0)))
+        >>> rows = np.column_stack((times, 0.7 / (1.0 + np.clip(times, 0.0, None) / 400.0) ** 7))
         >>> folder = tempfile.TemporaryDirectory()
         >>> test, form = f"{folder.name}/p060.csv", "time [ms],pressure [MPa abs]"
         >>> np.savetxt(test, rows, delimiter=",", header=form, comments="")
@@ -255,13 +255,13 @@ def evaluate_discharge(
 
     Examples
     --------
-    A vessel of 500 cm^3 that empties from 0.7 MPa in some 20 ms:
+    A vessel of 500 cm^3 that empties from 0.7 MPa, choked and without heat from its wall:
 
     >>> import tempfile
     >>> import apesim
     >>> import numpy as np
     >>> times = np.arange(-2.0, 60.0, 0.1)
-    >>> pressures = 0.1 + 0.6 * np.exp(-np.clip(times, 0.0, None) / 12.0)
+    >>> pressures = 0.7 / (1.0 + np.clip(times, 0.0, None) / 400.0) ** 7
     >>> pressures += 1e-4 * np.random.default_rng(1).normal(size=len(times))
     >>> rows = np.column_stack((times, pressures))
     >>> with tempfile.TemporaryDirectory() as folder:

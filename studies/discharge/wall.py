@@ -124,8 +124,8 @@ def fit_wall(
     >>> descent = Descent(vessel._replace(wall=5.0 / 9e-6), 8e5)
     >>> pressures = descent.pressure(9e-6 * np.clip(times, 0.0, None))[0]
     >>> pressures += 100.0 * np.random.default_rng(0).standard_normal(len(times))
-    >>> ones = np.ones(len(times))
-    >>> fit = AreaFit(times, ones, ones, times, np.array([100.0]), [pressures], 1.0)
+    >>> knots, ones = np.linspace(0.0, 0.1, 5), np.ones(5)
+    >>> fit = AreaFit(knots, ones, ones, np.eye(5), np.array([100.0]), [pressures], 1.0)
     >>> wall = fit_wall(vessel, [Record("p070", times, pressures)], fit, 0.01, 0.528)
     >>> round(wall.conductance, 1), round(1e6 * wall.area, 2), wall.is_identified
     (5.0, 9.0, True)
@@ -166,10 +166,10 @@ def fit_wall(
     slope = float(covariance[0] @ to_conductance) / variance
     adiabatic = tried[0]
     free = max(len(solution.residuals) - len(solution.unknowns) - 1, 1)
-    sigmas = sqrt(max(adiabatic.cost - solution.cost, 0.0) / max(solution.cost / free, 1.0))
+    gain = sqrt(max(adiabatic.cost - solution.cost, 0.0) / max(solution.cost / free, 1.0))
     conductance, half_band = unit * solution.relative * area, NORMAL_95 * sqrt(variance)
     area_half_band = NORMAL_95 * sqrt(float(covariance[0, 0]))
-    return Wall(float(conductance), half_band, float(area), area_half_band, float(adiabatic.unknowns[0]), slope, sigmas)
+    return Wall(float(conductance), half_band, float(area), area_half_band, float(adiabatic.unknowns[0]), slope, gain)
 
 
 class _Solution(NamedTuple):
@@ -247,7 +247,7 @@ class _OpenValve:
 
 def _deviation(jacobian: np.ndarray) -> float:
     """Standard deviation of the last unknown."""
-    return 1.0 / max(abs(float(np.linalg.qr(jacobian, mode="r")[-1, -1])), 1e-300)
+    return 1.0 / max(abs(float(np.linalg.qr(jacobian).R[-1, -1])), 1e-300)
 
 
 def _half_open_at(fit: AreaFit) -> float:
