@@ -359,10 +359,11 @@ def _too_short(file: str, axis: str, values: np.ndarray) -> Iterator[Fault]:
 
 def _impossible_cells(file: str, columns: Mapping[str, np.ndarray], sensors: Sensors) -> Iterator[Fault]:
     """Faults of cells that cannot be, where samples are averaged: a mean would hide them."""
-    for name in (*sensors.given, *sensors.traces) if sensors.given else ():
+    averaged = (*sensors.given, *sensors.traces) if sensors.given else ()
+    for name in [name for name in averaged if name in columns]:
         low, high = find_code_limits(name)
-        flags = find_impossible(columns[name], (0.0 if "pressure" in name else low, high)) if name in columns else []
-        if np.any(flags):
+        flags = find_impossible(columns[name], (0.0 if "pressure" in name else low, high))
+        if flags.any():
             number, first = int(np.sum(flags)), int(np.argmax(flags))
             wrong = f"{number} value{'s' * (number > 1)} cannot be, the first in row {first + 1}"
             right = "is it a code of the recorder, or gauge called abs? Write nan into cells that are wrong"
