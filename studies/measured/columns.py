@@ -13,7 +13,7 @@ from apesim.quantities.files import split_header
 from apesim.studies.measured.conversion import SIGNALS, convert, is_measure, split_kind, suggest_unit
 from apesim.studies.measured.dialect import ANGLE, PLAIN, SEPARATORS, TIME, Dialect, Marks
 from apesim.studies.measured.layout import Layout, find_layout, is_unit, resolve_marks, split_name
-from apesim.studies.measured.row_order import find_disorder, unwrap_angle
+from apesim.studies.measured.row_order import find_coarse_angle, find_disorder, unwrap_angle
 from apesim.studies.measured.table import (
     CellError,
     LineError,
@@ -176,7 +176,8 @@ def read_columns(
         more = [*more, f"{path.name}: {axis} {wrapped}"] if wrapped else more
     others = {name: values for name, values in columns.items() if name != axis}
     shown = axis_numbers[rows] if len(axis_numbers) else columns[axis]
-    if disorder := find_disorder(columns[axis], rows + 1, others, shown, axis_unit):
+    coarse = find_coarse_angle(columns[axis]) if axis == ANGLE else None
+    if disorder := coarse or find_disorder(columns[axis], rows + 1, others, shown, axis_unit):
         faults.append(Fault(file, axis, disorder.wrong, disorder.right))
     elif not len(rows) and dialect.interval is None:
         faults.append(Fault(file, axis, "has no number", "give a number in each row"))

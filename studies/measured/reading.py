@@ -4,14 +4,13 @@ All that is wrong is reported at once, each fault with its file, its key or colu
 """
 
 from collections.abc import Iterator, Mapping
-from math import nan, pi
+from math import nan
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from apesim.engine.angles import DEGREE
 from apesim.engine.known_to import KNOWN_TO
 from apesim.engine.machine import Machine, window_fault
 from apesim.quantities import Fault, InputError, InvalidValue, make_fault, quoted
@@ -33,6 +32,7 @@ from apesim.studies.measured.plausibility.disturbances import (
     is_short,
     mask_disturbances,
 )
+from apesim.studies.measured.plausibility.thresholds import MAX_MASKED
 from apesim.studies.measured.runs import (
     BENCHES,
     CYLINDER,
@@ -61,8 +61,6 @@ MIN_ROWS = 8
 """Rows of a record: with fewer no noise can be estimated."""
 TOO_FAST = 100.0
 """Velocity that no valve has [m/s]: such a sample says nothing of a sign."""
-MAX_ANGLE_STEP = 30.0 * DEGREE * (1.0 + 1e-9)
-"""Usual step of the crank angle from which no valve and no indicator diagram can be seen: its unit is a wrong one."""
 MAX_TURNED = -0.5
 """Correlation of the lift with the integral of the velocity, below which the sign is the wrong one: of an ideal pair it
 is 1, or -1 if turned; noise and drifts only bring it nearer to 0."""
@@ -305,7 +303,6 @@ def _columns(
         columns[axis] = shift_to_start(columns[axis], dialect)
         faults += [
             *_too_short(file, axis, columns[axis]),
-            *_too_coarse(file, axis, columns[axis]),
             *_too_empty(file, columns),
             *_turned_velocity(file, columns[axis], columns),
             *_impossible_cells(file, columns, sensors),
@@ -314,21 +311,21 @@ def _columns(
     if not faults:
         if not sensors.given:  # else samples are averaged over cells of the stroke, all columns alike
             columns, masked = mask_disturbances(columns, axis, sensors.traces)
-        masked += _over_range(
-            columns[axis], axis, {name: over_range[name] for name in sensors.traces if name in over_range}
-        )
+        masked += _over_range(columns[axis], sensors, over_range)
         columns, said = thin(columns, axis)
         hints += [f"{path.name}: {text}" for text in said]
     all_faults += faults
     return columns, hints, masked
 
 
-def _over_range(places: np.ndarray, axis: str, over_range: Mapping[str, np.ndarray]) -> Iterator[Masked]:
+def _over_range(places: np.ndarray, sensors: Sensors, over_range: Mapping[str, np.ndarray]) -> Iterator[Masked]:
     """What is masked as the file says that it is over range: the sensor or the recorder was at its end there."""
     for channel, flags in over_range.items():
-        if flags.any():
+        if channel in sensors.traces and flags.any():
             unknown, share = np.full(int(flags.sum()), nan), float(np.mean(flags))
-            yield Masked(0, channel, Disturbance.CLIPPED, places[flags], unknown, share, is_short(places, flags, axis))
+            # a cylinder moves slowly, and no stretch of it is too long
+            is_few = share <= MAX_MASKED if sensors.given else is_short(places, flags, sensors.axis)
+            yield Masked(0, channel, Disturbance.CLIPPED, places[flags], unknown, share, is_few)
 
 
 def _name_unknown(fault: Fault, dialect: Dialect) -> Fault:
@@ -368,19 +365,6 @@ def _impossible_cells(file: str, columns: Mapping[str, np.ndarray], sensors: Sen
             wrong = f"{number} value{'s' * (number > 1)} cannot be, the first in row {first + 1}"
             right = "is it a code of the recorder, or gauge called abs? Write nan into cells that are wrong"
             yield Fault(file, name, wrong, right)
-
-
-def _too_coarse(file: str, axis: str, values: np.ndarray) -> Iterator[Fault]:
-    """Faults of a crank angle that goes round too fast, as one in another unit than is said does."""
-    if axis != ANGLE or len(values) < MIN_ROWS:
-        return
-    step, turns = float(np.median(np.diff(values))), float(np.ptp(values)) / (2.0 * pi)
-    right = 'write the unit that the file has, e.g. unit.crank_angle = "deg" in [read]; else record finer'
-    if step > MAX_ANGLE_STEP:
-        yield Fault(file, axis, f"its rows are {step / DEGREE:.3g} deg apart; is its unit right?", right)
-    elif turns > len(values) / turns:
-        many = f"{turns:.3g} turns with {len(values) / turns:.3g} rows each"
-        yield Fault(file, axis, f"{many}; is its unit right?", f"{right}, or fewer turns")
 
 
 def _turned_velocity(file: str, axis: np.ndarray, columns: dict[str, np.ndarray]) -> Iterator[Fault]:

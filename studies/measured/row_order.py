@@ -5,14 +5,17 @@ from math import pi
 
 import numpy as np
 
+from apesim.engine.angles import DEGREE
 from apesim.quantities import InvalidValue
 
 TURNS = 2.0 * pi, 4.0 * pi
 """Angles by which a wrapped angle falls back [rad]: a turn, or a cycle of four strokes."""
+MAX_ANGLE_STEP = 30.0 * DEGREE * (1.0 + 1e-9)
+"""Usual step of the crank angle from which neither valve nor indicator diagram can be seen: its unit is a wrong one."""
 MAX_WRAPPED_STEP = 10.0
 """Largest step over a wrap in usual steps: some rows may be lost there, and another record begins anywhere."""
 MIN_RECORD = 8
-"""Rows of each of several records in one file: shorter ones are rows in disorder."""
+"""Rows of a record: of fewer nothing is judged, and of several in one file shorter ones are rows in disorder."""
 MIN_EQUALS = 0.2
 """Share of rows with the time of the row before them, from which times have too few digits; below, single rows stand
 there twice."""
@@ -58,6 +61,37 @@ def unwrap_angle(angles: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, str]
             said = f"falls back by {180.0 / pi * turn:.0f} deg {where} row {rows[falls[0] + 1]}; it is read as going on"
             return angles + np.cumsum(turns), said
     return angles, ""
+
+
+def find_coarse_angle(angles: np.ndarray) -> InvalidValue | None:
+    """Find whether a crank angle goes round too fast, as one in another unit than is said does.
+
+    Parameters
+    ----------
+    angles : (n,) float array
+        Without NaN [rad].
+
+    Returns
+    -------
+    InvalidValue or None
+        What is wrong, and what to do; None where nothing is.
+
+    Examples
+    --------
+    >>> find_coarse_angle(np.arange(360.0)).wrong
+    'its rows are 57.3 deg apart; is its unit right?'
+    """
+    steps = np.diff(angles)
+    if len(angles) < MIN_RECORD or not np.any(steps > 0.0):
+        return None
+    step, turns = float(np.median(steps[steps > 0.0])), float(np.ptp(angles)) / TURNS[0]
+    right = 'write the unit that the file has, e.g. unit.crank_angle = "deg" in [read]; else record finer'
+    if step > MAX_ANGLE_STEP:
+        return InvalidValue(f"its rows are {step / DEGREE:.3g} deg apart; is its unit right?", right)
+    if turns > len(angles) / turns:
+        many = f"{turns:.3g} turns with {len(angles) / turns:.3g} rows each"
+        return InvalidValue(f"{many}; is its unit right?", f"{right}, or fewer turns")
+    return None
 
 
 def find_disorder(

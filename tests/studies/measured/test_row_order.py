@@ -89,6 +89,7 @@ def test_windows_of_the_angle_are_no_turn(tmp_path):
     ("header", "angles", "words"),
     [
         ("crank_angle [rad]", np.arange(0.0, 720.0), "its rows are 57.3 deg apart; is its unit right?"),
+        ("crank_angle [rad]", np.tile(np.arange(0.0, 360.0), 2), "its rows are 57.3 deg apart; is its unit right?"),
         ("crank_angle [r]", np.arange(0.0, 9.0), "its rows are 360 deg apart; is its unit right?"),
         ("crank_angle [rad]", np.arange(0.0, 720.0, 0.1), "115 turns with 62.8 rows each; is its unit right?"),
         ("crank_angle [Grad]", np.arange(0.0, 360.0), "'Grad' is no known unit; write \"crank_angle [deg]\""),
