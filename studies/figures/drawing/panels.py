@@ -2,7 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,6 +21,13 @@ MAX_COLUMNS = 3
 """Panels side by side: more would make a strip that no page and no screen shows."""
 LABEL_LETTERS = 44
 """Letters on a line of a legend: half the width of a page."""
+Side = Literal["lower", "upper"]
+"""Where the legend of a figure stands: below the panels, or above them."""
+OUTSIDE: dict[Side, Literal["outside lower center", "outside upper center"]] = {
+    "lower": "outside lower center",
+    "upper": "outside upper center",
+}
+"""What matplotlib calls these places."""
 MAX_SPECIFIC_AIR = 150.0
 """Upper end of axes of specific air [kg/kWh]: it grows without bound as the work goes to zero."""
 
@@ -217,17 +224,18 @@ def _is_covered(axis: Axes) -> bool:
     box = legend.get_window_extent().padded(2.0)
     for line in axis.lines:
         path = line.get_transform().transform_path(line.get_path()).cleaned(remove_nans=True, curves=False)
+        points = np.asarray(path.vertices)
         if line.get_linestyle() == "None":
-            if len(path.vertices) and box.count_contains(path.vertices[:-1]):
+            if len(points) and box.count_contains(points[:-1]):
                 return True
-        elif len(path.vertices) > 1 and path.intersects_bbox(box, filled=False):
+        elif len(points) > 1 and path.intersects_bbox(box, filled=False):
             return True
     whole = axis.get_window_extent()
     bars = [patch.get_window_extent() for patch in axis.patches]
     return any(bar.overlaps(box) for bar in bars if bar.height < whole.height and bar.width < whole.width)
 
 
-def add_figure_legend(figure: Figure, handles: Sequence[Any], *, side: str = "lower", **options: Any) -> None:
+def add_figure_legend(figure: Figure, handles: Sequence[Any], *, side: Side = "lower", **options: Any) -> None:
     """Add a legend outside all panels, in as many columns as the figure is wide; long labels are wrapped.
 
     Parameters
@@ -250,7 +258,7 @@ def add_figure_legend(figure: Figure, handles: Sequence[Any], *, side: str = "lo
     """
     labels = [textwrap.fill(str(handle.get_label()), LABEL_LETTERS) for handle in handles]
     for ncols in range(max(len(handles), 1), 0, -1):
-        legend = figure.legend(handles, labels, loc=f"outside {side} center", ncols=ncols, **options)
+        legend = figure.legend(handles, labels, loc=OUTSIDE[side], ncols=ncols, **options)
         if ncols == 1 or legend.get_window_extent().width < figure.bbox.width:
             return
         legend.remove()

@@ -420,7 +420,7 @@ def test_even_the_quiet_table_says_why_a_point_is_out_of_reach(apesim):
         (["--target", "5 deg"], ["--target", "opening and a closing"]),
         (["--target", "70 deg, -5 deg"], ["--target", "less than a turn"]),
         (["--target", "-5 deg, 400 deg"], ["--target", "less than a turn"]),
-        (["--target", "-5, 70 deg"], ["--target", "no unit", "deg"]),
+        (["--target", "-5 deg, 70"], ["--target", "no unit", "deg"]),
         (["--set", "engine.intake=cam"], ["engine.intake", "cam", "epv"]),
         (["--out", "timing.csv"], ["timing.csv", "timing.h5"]),
     ],
