@@ -72,7 +72,7 @@ def compare_archives(
     ...         _ = write(Archive("bore = 1", {}, variables), path)
     ...     output = CliRunner().invoke(app, ["archive", "diff", *paths]).stdout
     >>> print(output.splitlines()[0].partition(";")[0])
-    1 runs compared: 0 variables the same within 0.0001 of their size, 1 differ
+    1 runs compared: 0 variables the same, 1 differ by more than 0.0001 of their size
     """
     from apesim.archive.inspection import info
     from apesim.studies.archives import comparison
@@ -106,8 +106,8 @@ def _headline(compared: "ArchiveComparison", rtol: float) -> str:
     from apesim.terminal import visible
 
     same, different = compared["variables_same"], compared["variables_different"]
-    within = f" within {rtol:g} of their size" if rtol else ""
-    line = f"{compared['runs_compared']} runs compared: {same} variables the same{within}, {different} differ"
+    beyond = f" by more than {rtol:g} of their size" if rtol else ""
+    line = f"{compared['runs_compared']} runs compared: {same} variables the same, {different} differ{beyond}"
     numbers = [row for row in compared.summary if row.kind == "variable" and row.relative is not None]
     if not numbers:
         return line
