@@ -112,7 +112,9 @@ def discharge(vessel: Vessel, records: Sequence[Record]) -> Discharge:
         choked, end = max(find_choked(vessel, *pair, critical_ratio) for pair in pairs), max(lasts)
         for _ in range(2):  # the cut-off depends on the full area, and that on the cut-off
             plateau = find_plateau(pooled, end, choked)
-            end = find_cut_off(pooled, max(lasts), plateau.area)
+            # An area that leaves its plateau gives no curve; how far it is shown is judged by its largest part then.
+            scale = pooled.area.max() if leaves_band(pooled, plateau) else plateau.area
+            end = find_cut_off(pooled, max(lasts), scale)
             if end < pooled.knots[1]:
                 wrong = f"too noisy: half the band of the area is nowhere below {MAX_HALF_BAND:.0%} of it"
                 right = "give more tests, of less noise, higher pressure or a smaller vessel"
@@ -123,7 +125,7 @@ def discharge(vessel: Vessel, records: Sequence[Record]) -> Discharge:
     refusal = _refusal(pooled, plateau)
     # Each test alone, and whether all say the same.
     fits = [fit_area(vessel, [part], pooled.knots, opened)[0] for part in parts] if len(parts) > 1 else [pooled]
-    ends = [find_cut_off(fit, last, plateau.area) for fit, last in zip(fits, lasts, strict=True)]
+    ends = [find_cut_off(fit, last, scale) for fit, last in zip(fits, lasts, strict=True)]
     collapse = collapse_of(fits, min(ends), plateau.area) if len(parts) > 1 and min(ends) > pooled.knots[1] else None
     noise = [noise_before(record)[0] for record in records]
     if refusal:

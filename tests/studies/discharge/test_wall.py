@@ -69,8 +69,8 @@ def test_area_and_conductance_of_a_warm_vessel_are_found(case):
 
 
 def test_the_area_lies_within_its_band_as_often_as_the_band_says():
-    areas = [wall_of(0.5e-3, [record_of(0.5e-3, 1.2, p, 0.5, seed=s) for p in (5e5, 8e5)]) for s in range(10)]
-    assert sum(abs(wall.area - FULL) <= wall.area_half_band for wall in areas) >= 8
+    areas = [wall_of(0.5e-3, [record_of(0.5e-3, 1.2, p, 0.5, seed=s) for p in (5e5, 8e5)]) for s in range(6)]
+    assert sum(abs(wall.area - FULL) <= wall.area_half_band for wall in areas) >= 5
 
 
 @pytest.mark.parametrize("noise", [200.0, 2000.0])
@@ -101,7 +101,7 @@ def valve_of_a_low_critical_ratio(ratio):
 
 
 def test_a_valve_that_closes_again_gives_no_curve_but_a_reason_and_figures(tmp_path, capsys):
-    record = record_of(0.5e-3, 1.2, 8e5, 0.3, closes=20e-3)
+    record = record_of(0.5e-3, 1.2, 8e5, 0.12, closes=20e-3)
     path = tmp_path / "p.csv"
     rows = np.column_stack((1e3 * record.times, record.pressures / 1e3))
     np.savetxt(path, rows, "%.9g", ",", header="time [ms],pressure [kPa abs]", comments="")
