@@ -68,7 +68,7 @@ LEMMON_REDUCING = 132.6312
 LEMMON_GAS_CONSTANT = 8.31451 / 28.9586e-3
 """Gas constant over molar mass, as Lemmon's equation has them [J/(kg K)]."""
 DEGREE = 8
-"""Of the polynomial that stands for Lemmon's cp: it keeps within 1.3e-5 of it, that of degree 7 within 7.8e-5."""
+"""Degree of the polynomial that stands for Lemmon's cp: it keeps within 1.3e-5, that of degree 7 within 7.8e-5."""
 
 
 class Gas(NamedTuple):
