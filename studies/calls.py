@@ -95,10 +95,10 @@ def computed(
     (1, True)
     """
     from apesim.studies.execution.own_thread import call_in_thread
-    from apesim.studies.output import publish, refuse_folder, refuse_to_replace
+    from apesim.studies.output import publish, refuse_to_replace
 
     if out is not None:
-        (refuse_folder if overwrite else refuse_to_replace)(out)
+        refuse_to_replace(out, overwrite=overwrite)
     call_in_thread(*first_march).result()
     start = time.perf_counter()
     archive = call_in_thread(compute, report=report).result()

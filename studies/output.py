@@ -1,29 +1,30 @@
 """Output of results: nothing that is there is lost unasked."""
 
-import csv
-import io
 import os
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
-from apesim.archive import Archive, ArchiveError, read_about, read_digest, replace_file, write
+from apesim.archive import Archive, ArchiveError, find_target, read_about, read_digest, write, write_file
 from apesim.archive.lock import lock
+from apesim.archive.writing import format_csv
 
 
-def refuse_to_replace(out: str | os.PathLike[str]) -> None:
-    """Refuse a target that exists.
+def refuse_to_replace(out: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Refuse a target that exists, or that no file can replace.
 
     Parameters
     ----------
     out : path
         File that is to be written.
+    overwrite : bool
+        Whether a regular file that is there may be replaced.
 
     Raises
     ------
     ArchiveError
-        It exists, or is a folder.
+        It exists, or cannot be one, see `apesim.archive.find_target`.
 
     Examples
     --------
@@ -37,8 +38,8 @@ def refuse_to_replace(out: str | os.PathLike[str]) -> None:
     ...         print(str(error).partition(": ")[2])
     exists already; give --overwrite to compute it again, or choose another --out
     """
-    refuse_folder(out)
-    if os.path.exists(out):
+    find_target(out)
+    if not overwrite and os.path.exists(out):
         raise ArchiveError(
             out, f"exists already{_made(out)}", "give --overwrite to compute it again, or choose another --out"
         )
@@ -53,31 +54,6 @@ def _made(out: str | os.PathLike[str]) -> str:
     finished = about.get("created", "")[:16].replace("T", " at ")  # 2024-01-01T00:00:00+00:00
     runs = f", {about['runs_planned']} runs" if "runs_planned" in about else ""
     return (f", finished on {finished} UTC" if finished else "") + runs
-
-
-def refuse_folder(out: str | os.PathLike[str]) -> None:
-    """Refuse a target that is a folder, which no archive can replace.
-
-    Parameters
-    ----------
-    out : path
-        File that is to be written.
-
-    Raises
-    ------
-    ArchiveError
-        It is a folder.
-
-    Examples
-    --------
-    >>> refuse_folder("sweep.h5")
-    >>> refuse_folder(".")
-    Traceback (most recent call last):
-    ...
-    apesim.archive.errors.ArchiveError: .: is a folder; give the name of a file, e.g. sweep.h5
-    """
-    if os.path.isdir(out):
-        raise ArchiveError(out, "is a folder", "give the name of a file, e.g. sweep.h5")
 
 
 def make_folder(folder: str | os.PathLike[str], overwrite: bool) -> None:
@@ -139,10 +115,8 @@ def publish(archive: Archive, out: str | os.PathLike[str], overwrite: bool = Fal
     ...     len(read_digest(f"{folder}/sweep.h5"))
     64
     """
-    refuse_folder(out)
     with lock(out):
-        if not overwrite:
-            refuse_to_replace(out)
+        refuse_to_replace(out, overwrite=overwrite)
         write(archive, out)
 
 
@@ -254,62 +228,3 @@ def write_traces(path: str | os.PathLike[str], header: Iterable[str], rows: np.n
     ['time [s],lift [m]', '0.0,0.0', '0.001,0.0045']
     """
     write_file(path, format_csv(header, rows.tolist()))
-
-
-def format_csv(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    """Format a table as CSV, floats without loss.
-
-    Parameters
-    ----------
-    header : iterable of str
-    rows : iterable of iterable
-        Cells of each row.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> print(format_csv(("time [s]", "lift [m]"), [[0.0, 0.0045]]), end="")
-    time [s],lift [m]
-    0.0,0.0045
-    """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
-    return text.getvalue()
-
-
-def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
-    """Write a file, complete or not at all; an older one of that name is replaced.
-
-    Parameters
-    ----------
-    path : path
-    content : str or bytes
-        All that it is to hold.
-
-    Raises
-    ------
-    ArchiveError
-        It cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     write_file(f"{folder}/note.txt", "written")
-    ...     Path(folder, "note.txt").read_text()
-    'written'
-    """
-    path, content = Path(path), content.encode() if isinstance(content, str) else content
-    try:
-        if path.exists() and (path.is_symlink() or not path.is_file()):  # /dev/stdout, a pipe: no name to take over
-            path.write_bytes(content)
-        else:
-            replace_file(path, content)
-    except OSError as error:
-        why = error.strerror or error
-        raise ArchiveError(path, f"cannot be written: {why}", "make room, or choose another place") from None

@@ -28,6 +28,10 @@ class ArchiveError(Exception):
         return visible(" ".join(f"{os.fspath(self.path)}: {self.what}; {self.remedy}".split()))
 
 
+class NoArchiveError(ArchiveError):
+    """A path where there is no archive that this version of apesim knows: no file, or somebody else's."""
+
+
 class DamagedError(ArchiveError):
     """A file whose content cannot be trusted."""
 

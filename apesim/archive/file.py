@@ -18,14 +18,11 @@ version 2 have units by our names, "Pa abs" and "r/min", and no attributes of th
 
 from __future__ import annotations
 
-import glob
 import io
 import json
 import math
 import os
-import secrets
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
@@ -40,6 +37,7 @@ from apesim.archive.migration import migrate
 from apesim.archive.records import FLAG_ATTRIBUTES, FORMAT, FORMAT_VERSION, Archive, Variable, sha256, validate
 from apesim.archive.surroundings import surroundings
 from apesim.archive.untrusted import SIZE_LIMIT, damage_named
+from apesim.archive.writing import write_file
 
 __all__ = [
     "Archive",
@@ -52,9 +50,6 @@ __all__ = [
     "read",
     "read_about",
     "read_digest",
-    "remove_file",
-    "remove_temporaries",
-    "replace_file",
     "sha256",
     "validate",
     "write",
@@ -114,7 +109,7 @@ def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
     ValueError
         The archive breaks the data model.
     ArchiveError
-        The disk is full, the folder is missing or not writable.
+        The disk is full, the folder is missing or not writable, or what is there is no regular file.
 
     Examples
     --------
@@ -131,12 +126,7 @@ def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
     """
     validate(archive)
     path = Path(path)
-    try:
-        replace_file(path, _image(complete_provenance(archive)))
-    except OSError as error:
-        raise ArchiveError(
-            path, f"could not be written ({error.strerror or error})", "make room or choose another folder"
-        ) from error
+    write_file(path, _image(complete_provenance(archive)))
     return path
 
 
@@ -166,96 +156,6 @@ def complete_provenance(archive: Archive) -> Archive:
     return replace(archive, provenance=provenance)
 
 
-def replace_file(path: Path, content: bytes | memoryview) -> None:
-    """Write a file under another name and rename it: it is complete or absent, whatever ends the process.
-
-    Parameters
-    ----------
-    path : Path
-        File that is written or replaced.
-    content : bytes
-        All that it is to hold.
-
-    Raises
-    ------
-    OSError
-        The disk is full, or the folder is missing or not writable.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "note.txt")
-    ...     replace_file(path, b"written")
-    ...     path.read_bytes()
-    b'written'
-    """
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
-    try:
-        with open(temporary, "xb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
-    if os.name == "posix":
-        folder = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
-
-
-def remove_file(path: str | os.PathLike[str]) -> None:
-    """Remove a file, where there is one.
-
-    Parameters
-    ----------
-    path : path
-
-    Raises
-    ------
-    ArchiveError
-        It cannot be removed.
-
-    Examples
-    --------
-    >>> remove_file("no_such_file.h5")
-    """
-    try:
-        Path(path).unlink(missing_ok=True)
-    except OSError as error:
-        raise ArchiveError(path, f"could not be removed ({error.strerror or error})", "remove it") from error
-
-
-def remove_temporaries(path: Path) -> None:
-    """Remove what killed writers of a file have left beside it; for the holder of its `lock`.
-
-    Parameters
-    ----------
-    path : Path
-        File that was to be written.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "sweep.h5")
-    ...     left = Path(folder, ".sweep.h5.0123abcd.tmp")
-    ...     left.touch()
-    ...     remove_temporaries(path)
-    ...     left.exists()
-    False
-    """
-    for left in path.parent.glob(f".{glob.escape(path.name)}.{'[0-9a-f]' * 8}.tmp"):
-        with suppress(OSError):
-            left.unlink()
-
-
 def _image(archive: Archive) -> memoryview:
     # In memory, because HDF5 writing to a full disk ends in a segmentation fault; and without the caches of the
     # datasets, which would hold all of it once more until the file is closed.
@@ -273,8 +173,6 @@ def _image(archive: Archive) -> memoryview:
             datasets[name], digests[f"/{name}"] = _add(
                 file, name, variable.values, dataset_attributes(name, archive.variables)
             )
-            if variable.kind == "text":
-                _set_attribute(datasets[name], "_Encoding", "utf-8")  # xarray then shows text instead of bytes
         listed = digest_list(digests)
         _add(file, DIGESTS, np.array([listed]), {})
         for key, value in (about | {ROOT_DIGEST: root_digest(about, listed)}).items():
@@ -293,7 +191,9 @@ def _add(file: h5py.File, name: str, values: np.ndarray, attributes: dict[str, A
     """Add a dataset; return it and its digest."""
     if values.dtype.kind == "U":
         encoded = np.char.encode(values, "utf-8")
-        stored = encoded.astype(h5py.string_dtype("utf-8", max(1, encoded.dtype.itemsize)))
+        # Bytes of UTF-8 under HDF5's label of ASCII, as netCDF has them, whose attribute _Encoding says so: Octave
+        # reads nothing of a file with a text of fixed length under the other label.
+        stored = encoded.astype(h5py.string_dtype("ascii", max(1, encoded.dtype.itemsize)))
     else:
         stored = values.astype(values.dtype.newbyteorder("<"), copy=False)
     dtype = stored.dtype
@@ -312,6 +212,8 @@ def _add(file: h5py.File, name: str, values: np.ndarray, attributes: dict[str, A
     )
     for key, value in attributes.items():
         _set_attribute(dataset, key, value)
+    if values.dtype.kind == "U":
+        _set_attribute(dataset, "_Encoding", "utf-8")  # xarray then shows text instead of bytes
     return dataset, dataset_digest(f"/{name}", stored, attributes)
 
 

@@ -2,25 +2,44 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
 from apesim.archive.completeness import gaps_in_words, missing_runs, runs_planned
+from apesim.archive.digests import DIGESTS, ROOT_DIGEST
+from apesim.archive.errors import NoArchiveError
 from apesim.archive.file import Archive, ArchiveError, read, read_about, read_digest
 from apesim.archive.loading import check_digest, load_digests, load_stored, opened, variable_of
-from apesim.archive.records import Variable, check_variable, codes_of, validate
+from apesim.archive.migration import FIRST_WITH_COORDINATES
+from apesim.archive.records import (
+    ATTRIBUTES,
+    FIRST_WITH_DIGESTS,
+    ROOT_ATTRIBUTES,
+    Variable,
+    check_variable,
+    codes_of,
+    validate,
+)
 from apesim.archive.surroundings import PACKAGES
 from apesim.archive.untrusted import damage_named
+from apesim.archive.writing import format_csv, remove_file, write_file
 
 __all__ = ["export", "info", "verify"]
+
+ABOUT = ("about/machine", "about/provenance")
+"""Datasets that every archive has, besides the run numbers."""
+KNOWN = (*ABOUT, DIGESTS)
+"""Datasets that the group ``about`` may hold."""
+DATASET_ATTRIBUTES = (*ATTRIBUTES, "_Encoding", "CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST")
+"""Attributes that a dataset of an archive may have: ours, and those of dimension scales."""
 
 
 def info(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -150,6 +169,11 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
     list of str
         One line for each fault, empty when the archive is sound.
 
+    Raises
+    ------
+    ArchiveError
+        There is no such file, or it is no archive that this version of apesim knows.
+
     Examples
     --------
     >>> from pathlib import Path
@@ -169,6 +193,8 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
     try:
         machine, provenance = read_about(path)
         tomllib.loads(machine)
+    except NoArchiveError:
+        raise
     except ArchiveError as error:
         return [str(error)]
     except (tomllib.TOMLDecodeError, RecursionError) as error:
@@ -178,11 +204,21 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
             digests = load_digests(file, path)
             variables: dict[str, Variable] = {}
             users: dict[str, set[tuple[str, int]]] = {}
-            for item in ("about/machine", "about/provenance", *(name for name in file if name != "about")):
+            results = [name for name in file if name != "about"]
+            for item, known in _known_attributes(file).items():
                 try:
                     with damage_named(path, item):
+                        _check_attributes(file[item or "/"], known)
+                except ArchiveError as error:
+                    faults.append(str(error))
+            for item in dict.fromkeys((*ABOUT, *(f"about/{name}" for name in file["about"]), *results)):
+                try:
+                    with damage_named(path, item):
+                        if not isinstance(file[item], h5py.Dataset) or (item[:6] == "about/" and item not in KNOWN):
+                            raise ValueError("is none of an archive's: whoever added it, no digest covers it")
                         if not file[item].fletcher32:
                             raise ValueError("carries no checksums")
+                        _check_attributes(file[item], DATASET_ATTRIBUTES)
                         if item.startswith("about/"):
                             continue
                         stored = load_stored(file, item)
@@ -201,6 +237,20 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
     except ArchiveError as error:
         faults.append(str(error))
     return faults
+
+
+def _known_attributes(file: Any) -> dict[str, Sequence[str]]:
+    """Attributes that the root and the groups of an archive may have, by name of the group, "" of the root."""
+    version = int(file.attrs["format_version"])
+    root = ROOT_ATTRIBUTES if version >= FIRST_WITH_COORDINATES else ("format", "format_version")
+    return {"": (*root, *[ROOT_DIGEST] * (version >= FIRST_WITH_DIGESTS)), "about": ()}
+
+
+def _check_attributes(item: Any, known: Sequence[str]) -> None:
+    """Refuse attributes that apesim does not write: no digest covers them, and a reader would take them for its own."""
+    for name in item.attrs:
+        if name not in known:
+            raise ValueError(f"attribute {name} is none of an archive's: whoever added it, no digest covers it")
 
 
 def _check_scales(file: Any, name: str, variable: Variable, users: dict[str, set[tuple[str, int]]]) -> None:
@@ -253,7 +303,7 @@ def export(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> list
     Raises
     ------
     ArchiveError
-        The archive cannot be read, or the folder is not empty or not writable.
+        The archive cannot be read, or the folder is not empty or not writable; then nothing is left of what was made.
 
     Examples
     --------
@@ -270,44 +320,54 @@ def export(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> list
     ['machine.toml', 'provenance.json', 'variables.csv', 'runs.csv']
     """
     archive, folder = read(path), Path(folder)
+    traces, written = folder / "traces", []
     try:
+        is_new = not folder.exists()
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()):
             raise ArchiveError(folder, "is not empty", "name a new folder")
-        return _export(archive, folder)
-    except OSError as error:
-        raise ArchiveError(folder, f"cannot be written ({error.strerror})", "choose another folder") from error
+        traces.mkdir()
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise ArchiveError(folder, f"cannot be written ({why})", "choose another folder") from error
+    try:
+        for file, content in _contents(archive, folder):
+            write_file(file, content, durable=False)
+            written.append(file)
+    except BaseException:  # a full disk, an interrupt: a part of an archive could pass for the whole
+        for file in written:
+            remove_file(file)
+        for made in (traces, *[folder] * is_new):
+            made.rmdir()
+        raise
+    return written
 
 
-def _export(archive: Archive, folder: Path) -> list[Path]:
+def _contents(archive: Archive, folder: Path) -> Iterator[tuple[Path, str]]:
+    """Files of an exported archive with their texts."""
     variables = archive.variables
-    written = [folder / name for name in ("machine.toml", "provenance.json", "variables.csv", "runs.csv")]
-    written[0].write_text(archive.machine, encoding="utf-8", newline="")
-    provenance = json.dumps(archive.provenance, indent=1, ensure_ascii=False)
-    written[1].write_text(provenance + "\n", encoding="utf-8")
-    _table(
-        written[2],
-        ["name", "unit", "type", "axes", "meanings", "description"],
-        ((name, v.unit, v.kind, " ".join(v.dims), v.meanings, v.description) for name, v in variables.items()),
-    )
+    yield folder / "machine.toml", archive.machine
+    yield folder / "provenance.json", json.dumps(archive.provenance, indent=1, ensure_ascii=False) + "\n"
+    header = ["name", "unit", "type", "axes", "meanings", "description"]
+    rows = ((name, v.unit, v.kind, " ".join(v.dims), v.meanings, v.description) for name, v in variables.items())
+    yield folder / "variables.csv", format_csv(header, rows)
     columns = {"run": variables["run"]} | {n: v for n, v in variables.items() if v.dims == ("run",)}
-    _table(written[3], _header(columns), zip(*(_cells(v, v.values) for v in columns.values()), strict=True))
+    cells = zip(*(_cells(v, v.values) for v in columns.values()), strict=True)
+    yield folder / "runs.csv", format_csv(_header(columns), cells)
 
     groups: dict[tuple[str, ...], dict[str, Variable]] = {}
     for name, variable in variables.items():
         if len(variable.dims) > 1:
             groups.setdefault(variable.dims[1:], {})[name] = variable
-    (folder / "traces").mkdir()
     for axes, members in groups.items():
         grid = np.meshgrid(*(variables[axis].values for axis in axes), indexing="ij")
         places = [points.ravel().tolist() for points in grid]
         suffix = "_" + "_".join(axes) if len(groups) > 1 else ""
         header = _header({axis: variables[axis] for axis in axes} | members)
         for i, run in enumerate(archive.runs.tolist()):
-            written.append(folder / "traces" / f"run_{run:04d}{suffix}.csv")
             samples = (_cells(v, v.values[i]) for v in members.values())
-            _table(written[-1], header, zip(*places, *samples, strict=True))
-    return written
+            rows = zip(*places, *samples, strict=True)
+            yield folder / "traces" / f"run_{run:04d}{suffix}.csv", format_csv(header, rows)
 
 
 def _header(columns: dict[str, Variable]) -> list[str]:
@@ -321,10 +381,3 @@ def _cells(variable: Variable, values: np.ndarray) -> list[Any]:
         return cells
     words = codes_of(variable.meanings)
     return [words[code] for code in cells]
-
-
-def _table(path: Path, header: list[str], rows: Iterable[tuple[Any, ...]]) -> None:
-    with open(path, "x", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")  # writes floats by repr
-        writer.writerow(header)
-        writer.writerows(rows)

@@ -15,7 +15,7 @@ import numpy as np
 
 from apesim.archive.conventions import variable_from
 from apesim.archive.digests import DIGESTS, ROOT_DIGEST, Attribute, dataset_digest, root_digest
-from apesim.archive.errors import ArchiveError
+from apesim.archive.errors import ArchiveError, NoArchiveError
 from apesim.archive.records import (
     ATTRIBUTE_BYTES,
     ATTRIBUTES,
@@ -74,15 +74,15 @@ def opened(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Iterator[h5
     except OSError as error:  # a name that is too long, a folder that may not be entered
         raise ArchiveError(path, f"cannot be read: {error.strerror}", "check the name") from None
     if not is_file:
-        raise ArchiveError(path, "there is no such file", "check the name")
+        raise NoArchiveError(path, "there is no such file", "check the name")
     with damage_named(path, ""), _file(path) as file:
-        if "format" not in file.attrs or _text(file.attrs, "format") != FORMAT:
-            raise ArchiveError(path, "is not an apesim archive", "give a file written by apesim")
+        if not _is_ours(file):
+            raise NoArchiveError(path, "is not an apesim archive", "give a file written by apesim")
         version = file.attrs.get_id("format_version")
         if version.shape != () or version.dtype != np.dtype("<i8"):
             raise ValueError("attribute format_version is no number")
         if not 1 <= (number := int(file.attrs["format_version"])) <= FORMAT_VERSION:
-            raise ArchiveError(
+            raise NoArchiveError(
                 path, f"has format version {number}, known is {FORMAT_VERSION}", "read it with a newer apesim"
             )
         refuse_unsafe(file, path, limit)
@@ -100,6 +100,14 @@ def _file(path: Path) -> Iterator[h5py.File]:
                 raise
             file = h5py.File(stack.enter_context(open(path, "rb")), "r")
         yield stack.enter_context(file)
+
+
+def _is_ours(file: h5py.File) -> bool:
+    """Whether a file says that it is an archive of apesim; others' attributes may be of any type."""
+    try:
+        return "format" in file.attrs and _text(file.attrs, "format") == FORMAT
+    except ValueError:
+        return False
 
 
 class Stored(NamedTuple):

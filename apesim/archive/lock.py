@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
@@ -10,9 +11,13 @@ from pathlib import Path
 
 import filelock
 
-from apesim.archive.file import ArchiveError, remove_temporaries
+from apesim.archive.errors import ArchiveError
+from apesim.archive.writing import find_target, remove_temporaries
 
 __all__ = ["lock"]
+
+HOLDER = "process "
+"""Begin of what a lock says of its holder."""
 
 
 @contextmanager
@@ -35,7 +40,8 @@ def lock(path: str | os.PathLike[str]) -> Iterator[None]:
     Raises
     ------
     ArchiveError
-        Another process holds it, named in the message, or the folder is not writable.
+        Another process holds it, named in the message, or the folder is not writable, or what is there is no regular
+        file, see `apesim.archive.writing.find_target`, or what has the name of the lock is no lock.
 
     Examples
     --------
@@ -45,9 +51,11 @@ def lock(path: str | os.PathLike[str]) -> Iterator[None]:
     ...     Path(folder, "sweep.h5.lock").exists()
     True
     """
-    lock_file = Path(f"{os.fspath(path)}.lock")
+    target = find_target(path)
+    lock_file = Path(f"{target}.lock")
     if not os.path.isdir(lock_file.parent):
         raise ArchiveError(path, "its folder does not exist", "make it or choose another one")
+    _refuse_foreign(lock_file)
     guard = filelock.FileLock(lock_file, blocking=False)
     try:
         guard.acquire()
@@ -65,10 +73,24 @@ def lock(path: str | os.PathLike[str]) -> Iterator[None]:
     try:
         with suppress(OSError):
             since = datetime.now(UTC).isoformat(timespec="seconds")
-            lock_file.write_text(f"process {os.getpid()} since {since}", encoding="utf-8")
-        remove_temporaries(Path(path))
+            lock_file.write_text(f"{HOLDER}{os.getpid()} since {since}", encoding="utf-8")
+        remove_temporaries(target)
         yield
     finally:
         with suppress(OSError):  # Windows lets go of no open file; there filelock removes it
             lock_file.unlink()
         guard.release()
+
+
+def _refuse_foreign(lock_file: Path) -> None:
+    """Refuse what has the name of a lock and is none: locking would empty it, and remove it at the end."""
+    try:
+        if not stat.S_ISREG(os.lstat(lock_file).st_mode):
+            raise ArchiveError(lock_file, "cannot be locked: is no regular file", "choose another name or folder")
+        with open(lock_file, "rb") as file:
+            begin = file.read(len(HOLDER))
+    except OSError:  # there is none, or it is another user's
+        return
+    if not HOLDER.encode().startswith(begin):
+        what = "has the name of a lock, but its content is another's"
+        raise ArchiveError(lock_file, what, "move it away, or choose another name")

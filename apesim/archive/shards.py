@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from apesim.archive.errors import TooLargeError
-from apesim.archive.file import Archive, ArchiveError, read, remove_file, write
+from apesim.archive.file import Archive, ArchiveError, read, write
 from apesim.archive.records import validate
+from apesim.archive.writing import remove_file
 
 __all__ = [
     "Shards",

@@ -122,8 +122,7 @@ class EffectiveArea(Result):
         if self.evaluation.refusal:
             wrong, _, right = self.evaluation.refusal.partition("? ")
             raise NotConverged("discharge tests", f"{wrong}?", right, self)
-        if not overwrite:
-            refuse_to_replace(out)
+        refuse_to_replace(out, overwrite=overwrite)
         write_traces(Path(out), HEADER, self.evaluation.curve * np.array([1e3, 1.0, 1e6, 1e6, 1e6]))
         return Path(out)
 
@@ -282,8 +281,8 @@ def evaluate_discharge(
     except InputError as error:
         arguments.faults += error.faults
     arguments.refuse()
-    if out is not None and not overwrite:
-        refuse_to_replace(out)
+    if out is not None:
+        refuse_to_replace(out, overwrite=overwrite)
     start = time.perf_counter()
     initial = ambient.temperature if temperature is None else float(temperature)
     vessel = Vessel(float(volume), initial, ambient.pressure, gas_of(machine.air), inf if isothermal else 0.0)

@@ -10,7 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from apesim.archive import remove_file
+from apesim.archive import remove_file, write_file
 from apesim.quantities import Fault, InputError
 from apesim.quantities.settings import dumps
 from apesim.studies.estimation.model import Model
@@ -32,7 +32,7 @@ from apesim.studies.gap.tables.latent import find_branches
 from apesim.studies.gap.tables.tabulate import Tabulated
 from apesim.studies.lineage import find_lineage
 from apesim.studies.measured import Measured
-from apesim.studies.output import make_folder, write_file
+from apesim.studies.output import make_folder
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ from typing import Any
 
 import jinja2
 
-from apesim.studies.output import write_file
+from apesim.archive import write_file
 from apesim.studies.paper.claims.claim import Claim, range_in_words
 from apesim.studies.paper.friction.friction_map import PAPERS, FrictionMap, conditions_in_words
 from apesim.studies.paper.friction.statements import STATEMENTS, Statement

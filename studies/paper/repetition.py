@@ -11,7 +11,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, ClassVar
 
-from apesim.archive import Archive, read_digest
+from apesim.archive import Archive, read_digest, write_file
 from apesim.engine.machine import Machine
 from apesim.quantities import Choice, Fault, InputError, parse_range
 from apesim.quantities.settings import dumps
@@ -21,7 +21,7 @@ from apesim.studies.console import Console, plain
 from apesim.studies.discharge import Discharge, Vessel, discharge
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE
-from apesim.studies.output import make_folder, publish, write_file, write_traces
+from apesim.studies.output import make_folder, publish, write_traces
 from apesim.studies.paper.claims.area import claims_by_area
 from apesim.studies.paper.claims.claim import Claim, Verdict
 from apesim.studies.paper.discharge import discharge_tests

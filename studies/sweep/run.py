@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.archive import Archive, ArchiveError, DamagedError, IncompleteError, read, write
+from apesim.archive import Archive, ArchiveError, DamagedError, IncompleteError, find_target, read, write
 from apesim.archive.completeness import missing_runs, runs_planned
 from apesim.archive.file import complete_provenance
 from apesim.archive.lock import lock
@@ -29,7 +29,7 @@ from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from apesim.studies.execution.cluster import run_on_cluster
 from apesim.studies.execution.pool import run_tasks, workers_for
-from apesim.studies.output import refuse_folder, refuse_to_replace
+from apesim.studies.output import refuse_to_replace
 from apesim.studies.sweep.completion import complete, keep, seconds_of
 from apesim.studies.sweep.compute import ROWS, compute
 from apesim.studies.sweep.plan import FIXED, Point, plan
@@ -150,7 +150,7 @@ def run_sweep(
         "shard": "{}/{}".format(*shard or (1, 1)),
         "axes": json.dumps(planned.axes),
     }
-    refuse_folder(out)
+    find_target(out)
     if shard:
         total = len(points)
         points = points[shard[0] - 1 :: shard[1]]

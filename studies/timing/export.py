@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from apesim.archive import Archive, ArchiveError
+from apesim.archive import Archive, ArchiveError, write_file
+from apesim.archive.writing import format_csv
 from apesim.engine.angles import DEGREE, TURN
 from apesim.studies.console import plain
-from apesim.studies.output import format_csv, refuse_to_replace, write_file
+from apesim.studies.output import refuse_to_replace
 from apesim.studies.timing.grid import CRITERION, TimingMap
 from apesim.studies.timing.header import c_header, error_text
 from apesim.studies.timing.law import Law
@@ -160,7 +161,7 @@ def refuse_exports(out: Path, *, overwrite: bool) -> None:
     Raises
     ------
     ArchiveError
-        The archive has the name of one of these files, or one is there and must not be replaced.
+        The archive has the name of one of these files, or one is there and must not be replaced, or is no file.
 
     Examples
     --------
@@ -172,9 +173,8 @@ def refuse_exports(out: Path, *, overwrite: bool) -> None:
     """
     if out in exports_of(out):
         raise ArchiveError(out, "is the name of an export beside the archive", "choose e.g. --out timing.h5")
-    if not overwrite:
-        for path in exports_of(out):
-            refuse_to_replace(path)
+    for path in exports_of(out):
+        refuse_to_replace(path, overwrite=overwrite)
 
 
 def exports_of(out: str | PathLike[str]) -> list[Path]:

@@ -76,6 +76,7 @@ def run_engine(
     """
     import numpy as np
 
+    from apesim.archive import find_target
     from apesim.engine.cycle.rates import TRACE
     from apesim.engine.indicators import ADIABATIC, is_adiabatic
     from apesim.results import NotConverged
@@ -84,6 +85,8 @@ def run_engine(
     from apesim.studies.tables import number, table_of
 
     console, machine = common.console, common.load_machine()
+    if csv:
+        find_target(csv)
     try:
         with console.announce_compiling(), as_options("run_engine"):
             run = console.run("to the periodic state", engine_run.run_engine, machine, speed=speed)

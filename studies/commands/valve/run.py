@@ -61,6 +61,7 @@ def run_valve(
     """
     import numpy as np
 
+    from apesim.archive import find_target
     from apesim.results import NotConverged
     from apesim.studies import valve_run
     from apesim.studies.output import write_traces
@@ -68,6 +69,8 @@ def run_valve(
     from apesim.valve.bench import TRACE
 
     console, machine = common.console, common.load_machine()
+    if csv:
+        find_target(csv)
     try:
         with console.announce_compiling(), as_options("run_valve"):
             run = console.run(

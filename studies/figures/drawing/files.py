@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import Bbox
 
+from apesim.archive import write_file
 from apesim.studies.figures.drawing.style import STYLE
-from apesim.studies.output import make_folder, write_file
+from apesim.studies.output import make_folder
 
 FOOT_SIZE = 7.5
 """Size of the letters of the conditions below a figure [pt]."""

@@ -1,6 +1,9 @@
 import csv
 import json
 import shutil
+import signal
+import subprocess
+import sys
 import tomllib
 
 import h5py
@@ -8,8 +11,10 @@ import numpy as np
 import pytest
 
 from apesim.archive import ArchiveError, Variable, write
+from apesim.archive.errors import NoArchiveError
 from apesim.archive.inspection import export, info, verify
-from tests.archive_samples import MACHINE, VERSION_1, sample
+from tests.archive_samples import MACHINE, VERSION_1, VERSION_2, sample
+from tests.processes import ENVIRONMENT
 
 
 @pytest.fixture
@@ -141,8 +146,37 @@ def test_machine_that_is_no_toml_is_a_fault(tmp_path):
     assert "about/machine: is no TOML" in fault
 
 
-def test_missing_file_is_a_fault(tmp_path):
-    assert len(verify(tmp_path / "none.h5")) == 1
+def test_what_is_no_archive_is_no_damaged_one(tmp_path):
+    with pytest.raises(NoArchiveError, match="no such file"):
+        verify(tmp_path / "none.h5")
+    for number, form in enumerate(
+        ({}, {"title": "x"}, {"format": "other"}, {"format": np.bytes_("other")}, {"format": 3})
+    ):
+        with h5py.File(tmp_path / f"{number}.h5", "w") as file:
+            file["speed"] = np.arange(3.0)
+            file.attrs.update(form)
+        with pytest.raises(NoArchiveError, match="is not an apesim archive"):
+            verify(tmp_path / f"{number}.h5")
+
+
+@pytest.mark.parametrize("sample_of", [VERSION_1, VERSION_2, None])
+@pytest.mark.parametrize("place", ["/", "about", "run", "about/machine"])
+def test_an_attribute_that_no_digest_covers_is_a_fault(path, sample_of, place):
+    if sample_of:
+        shutil.copy(sample_of, path)
+    with h5py.File(path, "r+", libver=("v110", "v110")) as file:
+        file[place].attrs["rig"] = "another"
+    [fault] = verify(path)
+    assert "attribute rig" in fault and (place == "/" or f"{place}:" in fault)
+
+
+def test_a_dataset_or_group_that_no_digest_covers_is_a_fault(path):
+    for name in ("more", "about/more"):
+        shutil.copy(VERSION_1, path)
+        with h5py.File(path, "r+", libver=("v110", "v110")) as file:
+            file.create_group(name)
+        [fault] = verify(path)
+        assert f"{name}: " in fault
 
 
 def table(path):
@@ -209,3 +243,27 @@ def test_export_overwrites_nothing(path, tmp_path):
     (tmp_path / "out").write_text("")
     with pytest.raises(ArchiveError, match="cannot be written"):
         export(path, tmp_path / "out")
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGXFSZ"), reason="no limit of file sizes here")
+@pytest.mark.parametrize("is_there", [False, True])
+def test_an_export_that_fails_leaves_nothing(tmp_path, is_there):
+    """The system refuses the largest file, after several others were written."""
+    write(sample([0, 1], angles=2000), tmp_path / "a.h5")
+    if is_there:
+        (tmp_path / "out").mkdir()
+    script = """
+import resource
+from apesim.archive import ArchiveError
+from apesim.archive.inspection import export
+resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+try:
+    export("a.h5", "out")
+except ArchiveError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "run_0000.csv: could not be written (File too large)" in done.stdout
+    assert [path.name for path in sorted(tmp_path.iterdir())] == ["a.h5", "out"][: 1 + is_there]
+    assert not is_there or not any((tmp_path / "out").iterdir())
