@@ -9,6 +9,7 @@ from typing import Any
 
 from apesim.quantities import InvalidValue, Quantity, quoted
 from apesim.quantities.declarations import Declaration
+from apesim.quantities.input_errors import MAX_NAMED
 from apesim.quantities.trees import Leaf, schema
 from apesim.quantities.uncertainties import Uncertainty, flatten, format_uncertainty, read_uncertainty
 
@@ -133,11 +134,12 @@ def read_deviations(
         return {}, [("", InvalidValue(f"{quoted(table)} is no table", right))]
     leaves, named = list_leaves(), {name_key(key): key for key in keys}
     deviations: dict[str, Uncertainty] = {}
-    faults = []
+    faults: list[tuple[str, InvalidValue]] = []
+    strange: list[str] = []
     for name, raw in flatten(table):
         key = named.get(name)
         if key is None:
-            faults.append((name, find_unknown(name, named)))
+            strange.append(name)
         elif key in deviations:
             faults.append((name, InvalidValue("is given twice", "give it once")))
         else:
@@ -145,6 +147,9 @@ def read_deviations(
                 deviations[key] = _read_one(key, raw, leaves[key])
             except InvalidValue as wrong:
                 faults.append((name, wrong))
+    faults += [(name, find_unknown(name, named)) for name in strange[:MAX_NAMED]]
+    if (more := len(strange) - MAX_NAMED) > 0:
+        faults.append(("", InvalidValue(f"{more} more unknown keys", f"mend the first {MAX_NAMED} of them")))
     return deviations, faults
 
 

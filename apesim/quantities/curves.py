@@ -13,7 +13,7 @@ import numpy as np
 from apesim.quantities.declarations import Declaration
 from apesim.quantities.files import csv_columns, path_below, split_header
 from apesim.quantities.input_errors import InvalidValue, quoted
-from apesim.quantities.units import NUMBER, unit
+from apesim.quantities.units import MAX_TEXT, NUMBER, unit
 
 NO_CURVE = np.empty((0, 2))
 """A curve that is not given."""
@@ -123,7 +123,7 @@ class Curve(Declaration):
         values = []
         for row, raw in enumerate(columns[found[0]], 1):
             text = raw.strip() if isinstance(raw, str) else quoted(raw)
-            value = given.si(text) if re.fullmatch(NUMBER, text) else math.inf
+            value = given.si(text) if len(text) <= MAX_TEXT and re.fullmatch(NUMBER, text) else math.inf
             if math.isinf(value):
                 raise InvalidValue(f"{file}{quoted(raw)} in row {row} is no finite number", "give numbers")
             values.append(value)

@@ -9,7 +9,7 @@ from typing import Any
 
 from apesim.quantities.input_errors import InvalidValue, quoted
 from apesim.quantities.old_names import warn_of_old_name
-from apesim.quantities.units import NUMBER, respelt, si_value, unit
+from apesim.quantities.units import MAX_TEXT, NUMBER, respelt, si_value, unit
 
 DECIMAL_COMMA = r"(?<=[0-9]),(?=[0-9])"
 SLIPS = (
@@ -164,6 +164,9 @@ class Quantity(Declaration):
             text = raw.strip() if isinstance(raw, str) else repr(float(raw))
         except OverflowError:
             raise InvalidValue(f"{quoted(raw)} is too large") from None
+        if len(text) > MAX_TEXT:
+            what = "finite number" + " with a unit" * bool(self.unit)
+            raise InvalidValue(f"{quoted(raw)} is no {what}: it has {len(text)} characters, {MAX_TEXT} are read")
         if self.unit and (re.fullmatch(NUMBER, text) or not isinstance(raw, str)):
             raise InvalidValue(f"{quoted(raw)} has no unit", self._with_unit(text))
         if self.optional and not text:

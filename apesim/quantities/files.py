@@ -3,7 +3,6 @@
 import csv
 import errno
 import os
-import re
 import stat
 from os import PathLike
 from pathlib import Path
@@ -34,8 +33,12 @@ def split_header(text: str) -> tuple[str, str | None]:
     >>> split_header("lift [mm]"), split_header("lift")
     (('lift', 'mm'), ('lift', None))
     """
-    found = re.fullmatch(r"(.*?)\s*\[(.*)\]", text.strip())
-    return (found[1], found[2].strip()) if found else (text.strip(), None)
+    text = text.strip()
+    name, bracket, named = text.removesuffix("]").partition("[")
+    name = name.rstrip()
+    if not bracket or not text.endswith("]") or "\n" in name + named:
+        return text, None
+    return name, named.strip()
 
 
 def path_below(folder: str | PathLike[str], name: str) -> Path:

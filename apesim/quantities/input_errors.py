@@ -1,10 +1,16 @@
 """Faults: what is reported of bad input, one line for each fault, with its remedy."""
 
 import math
-from collections.abc import Iterable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, NamedTuple, TypeVar
 
 from apesim.terminal import visible
+
+MAX_LINES = 100
+"""Faults that the text of an error shows: more fill a screen, and nobody reads them."""
+MAX_NAMED = 50
+"""Unknown names of one table for which the nearest right one is looked for, which takes half a millisecond each."""
+Name = TypeVar("Name")
 
 
 class InvalidValue(ValueError):
@@ -56,7 +62,37 @@ class InputError(Exception):
         self.faults = list(faults)
 
     def __str__(self) -> str:
-        return "\n".join(map(str, self.faults))
+        lines = [str(fault) for fault in self.faults[:MAX_LINES]]
+        if more := len(self.faults) - len(lines):
+            lines.append(f"{more} more {'faults are' if more > 1 else 'fault is'} not shown; mend these first")
+        return "\n".join(lines)
+
+
+def name_unknown(names: Sequence[Name], fault_of: Callable[[Name], Fault], file: str, section: str) -> Iterator[Fault]:
+    """Find the faults of unknown names: one for each of the first `MAX_NAMED`, and one for all others.
+
+    Parameters
+    ----------
+    names : sequence
+        Names that nobody knows.
+    fault_of : function
+        Fault of one of them, with the nearest right name.
+    file, section : str
+        File and table that they stand in.
+
+    Yields
+    ------
+    Fault
+
+    Examples
+    --------
+    >>> faults = name_unknown([f"a{i}" for i in range(60)], lambda name: Fault("", name, "", ""), "mine.toml", "engine")
+    >>> print(list(faults)[-1])
+    mine.toml: engine: 10 more unknown keys; mend the first 50 of them
+    """
+    yield from map(fault_of, names[:MAX_NAMED])
+    if (more := len(names) - MAX_NAMED) > 0:
+        yield Fault(file, section, f"{more} more unknown keys", f"mend the first {MAX_NAMED} of them")
 
 
 def quoted(raw: Any) -> str:

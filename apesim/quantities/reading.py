@@ -6,7 +6,15 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault, quoted
+from apesim.quantities.input_errors import (
+    MAX_NAMED,
+    Fault,
+    InputError,
+    InvalidValue,
+    make_fault,
+    name_unknown,
+    quoted,
+)
 from apesim.quantities.trees import (
     ambient_of,
     due,
@@ -97,12 +105,14 @@ def read(cls: Any, data: Mapping[str, Any], file: str, assigned: Container[str] 
         if not all_faults:
             all_faults += [Fault(place(key), key, *fault) for key, *fault in faults(tree)]
     except ValidationError as errors:
+        strange: list[tuple[str, ...]] = []
         for error in errors.errors(include_url=False):
             path = tuple(map(str, error["loc"]))
             if error["type"] == "extra_forbidden":
-                all_faults.append(unknown(cls, path, file))
+                strange.append(path)
             else:
                 blame(joined(*path), error["ctx"]["error"])
+        all_faults += name_unknown(strange, lambda path: unknown(cls, path, file), file, "")
     if all_faults:
         raise InputError(all_faults)
     return tree
@@ -224,7 +234,7 @@ def absent_due(
         yield from absent_due(field, raw, file, assigned, path)
         keys = due(cls).get(key, ())
         strange = [name for name in raw if name not in fields(field)]
-        misspelt = any(difflib.get_close_matches(name, keys) for name in strange)  # told as an unknown key
+        misspelt = any(difflib.get_close_matches(name, keys) for name in strange[:MAX_NAMED])  # told as an unknown key
         if keys and not misspelt and not any(name in raw for name in keys):
             right = " or ".join(f"{name} = {fields(field)[name].strong}" for name in keys)
             place = COMMAND_LINE if _is_assigned(raw, assigned, path) else file

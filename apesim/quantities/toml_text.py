@@ -10,6 +10,11 @@ KEY = r"([A-Za-z0-9_.-]+)"
 EXAMPLE = 'write key = "value", a quantity in quotes: '
 MAX_SHOWN = 60
 """Letters of a value that a message shows."""
+MAX_PARTS = 50
+"""Parts of a key with dots; ours have four. The parser's time grows with their square."""
+MIN_LONG = 1000
+"""Characters of a line from which on its keys are counted; with fewer the parser is quick."""
+LONG_KEY = re.compile(rf"""(?<![.\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{MAX_PARTS}}}""")
 
 
 def parse_toml(file: str, text: str, example: str) -> dict[str, Any]:
@@ -43,10 +48,16 @@ def parse_toml(file: str, text: str, example: str) -> dict[str, Any]:
     ...
     apesim.quantities.input_errors.InputError: mine.toml: line 2: stroke has no closing quote; write stroke = "8 mm"
     """
+    if any(LONG_KEY.search(line) for line in text.splitlines() if len(line) > MIN_LONG):
+        raise InputError([Fault(file, "", f"a key has more than {MAX_PARTS} parts", "write " + example)])
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         what, _, where = str(error).partition(" (at ")
+        if what.startswith("Exceeds the limit"):  # of Python, on the digits of an integer
+            raise InputError(
+                [Fault(file, "", "no TOML: a number has thousands of digits", EXAMPLE + example)]
+            ) from None
         where = where.rstrip(")")
         lines = text.splitlines()
         found = re.match(r"line (\d+)", where)

@@ -1,14 +1,13 @@
 """Uncertainties: standard deviations within which numbers of a machine are known."""
 
 import math
-import re
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 from apesim.quantities.declarations import Quantity
 from apesim.quantities.input_errors import InvalidValue, quoted
-from apesim.quantities.units import NUMBER, Unit, respelt, unit
+from apesim.quantities.units import Unit, respelt, split_number, unit
 
 EXACT = "exact"
 """Word for a number that counts as exact."""
@@ -64,10 +63,10 @@ def read_uncertainty(raw: Any, declaration: Quantity, value: float = math.nan) -
     text = raw.strip() if isinstance(raw, str) else repr(float(raw))
     if text == EXACT:
         return Uncertainty(0.0)
-    found = re.fullmatch(rf"{NUMBER}\s*(.*)", text)
+    found = split_number(text)
     if not found:
         raise InvalidValue(f"{quoted(raw)} is no standard deviation", right)
-    number, name = found.groups()
+    number, name = found
     if declaration.unit and not name:
         raise InvalidValue(f"{quoted(raw)} has no unit", right)
     if name.endswith((" abs", " gauge")):

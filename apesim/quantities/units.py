@@ -10,8 +10,10 @@ from typing import NamedTuple
 from apesim.quantities.input_errors import InvalidValue, quoted
 from apesim.quantities.names import BASES, known_units, named, nearest
 
-NUMBER = r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)"
-"""The grammar of a number, one group."""
+NUMBER = r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)"
+"""The grammar of a number, one group. No digit matches in two ways: a pattern of several numbers would try them all."""
+MAX_TEXT = 100
+"""Characters of a number with its unit: a longer text is none, and no pattern is tried on it."""
 
 
 class Unit(NamedTuple):
@@ -127,6 +129,8 @@ def unit(text: str) -> Unit:
     ('K^-1 kg s^-3', 0.10471975511965977)
     """
     wrong = InvalidValue(f"{quoted(text)} is no known unit")
+    if len(text) > MAX_TEXT:
+        raise wrong
     for other, plain in SPELLINGS:
         text = text.replace(other, plain)
     if text in TEMPERATURES:
@@ -190,6 +194,29 @@ def respelt(text: str) -> str:
     return number[0] + body
 
 
+def split_number(text: str) -> tuple[str, str] | None:
+    """Split a text into its number and its unit.
+
+    Parameters
+    ----------
+    text : str
+        Number with its unit, or without one.
+
+    Returns
+    -------
+    tuple of str or None
+        Number, and name of the unit, "" without one; None where the text does not begin with a number, or is longer
+        than `MAX_TEXT`.
+
+    Examples
+    --------
+    >>> split_number("9 mm"), split_number("9"), split_number("mm")
+    (('9', 'mm'), ('9', ''), None)
+    """
+    found = re.fullmatch(rf"{NUMBER}\s*(.*)", text) if len(text) <= MAX_TEXT else None
+    return (found[1], found[2]) if found else None
+
+
 def si_value(raw: object, text: str, expected: str, reference: float = 0.0) -> float:
     """Return the SI value of a text in any unit of an expected dimension.
 
@@ -219,10 +246,10 @@ def si_value(raw: object, text: str, expected: str, reference: float = 0.0) -> f
     >>> si_value("9 mm", "9 mm", "m")
     0.009
     """
-    found = re.fullmatch(rf"{NUMBER}\s*(.*)", text) if len(text) <= 100 else None
+    found = split_number(text)
     if not found:
         raise InvalidValue(f"{quoted(raw)} is no finite number" + " with a unit" * bool(expected))
-    number, name = found.groups()
+    number, name = found
     if expected and not name:
         raise InvalidValue(f"{quoted(raw)} has no unit")
     try:

@@ -1,7 +1,6 @@
 """Conversion of the numbers of a file to SI: from their unit, or from what a sensor gives by a scale and an offset."""
 
 import math
-import re
 from collections import Counter
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -9,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.quantities import InvalidValue, quoted, unit
-from apesim.quantities.units import NUMBER, Unit, respelt
+from apesim.quantities.units import Unit, respelt, split_number
 
 KINDS = (ABSOLUTE, GAUGE) = ("abs", "gauge")
 """Words behind the unit of a pressure."""
@@ -62,12 +61,12 @@ def read_measure(raw: Any) -> Measure:
     if isinstance(raw, bool) or not isinstance(raw, str | int | float):
         raise InvalidValue(f"{quoted(raw)} is no number with a unit")
     text = raw.strip() if isinstance(raw, str) else repr(raw)
-    found = re.fullmatch(rf"{NUMBER}\s*(.*)", text) if len(text) <= 100 else None
-    if not found or not math.isfinite(float(found[1])):
+    found = split_number(text)
+    if not found or not math.isfinite(float(found[0])):
         raise InvalidValue(f"{quoted(raw)} is no finite number with a unit")
-    name, kind = split_kind(found[2])
+    name, kind = split_kind(found[1])
     unit(name)
-    return Measure(Fraction(found[1]), name, kind)
+    return Measure(Fraction(found[0]), name, kind)
 
 
 def is_measure(text: str) -> bool:

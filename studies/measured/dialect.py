@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from apesim.quantities import Fault, InvalidValue, Quantity, quoted
+from apesim.quantities.input_errors import name_unknown
 from apesim.studies.measured.conversion import Measure, read_measure
 
 SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
@@ -191,11 +192,13 @@ def find_unknown_keys(file: str, section: str, given: Collection[str], valid: Co
     >>> print(*find_unknown_keys("measured.toml", "read", ["separater"], KEYS))
     measured.toml: read.separater: unknown key; did you mean separator?
     """
-    for key in given:
-        if key not in valid:
-            near = difflib.get_close_matches(key, valid, n=1)
-            right = f"did you mean {near[0]}?" if near else f"valid here: {', '.join(valid)}"
-            yield Fault(file, f"{section}.{key}".lstrip("."), "unknown key", right)
+
+    def fault_of(key: str) -> Fault:
+        near = difflib.get_close_matches(key, valid, n=1)
+        right = f"did you mean {near[0]}?" if near else f"valid here: {', '.join(valid)}"
+        return Fault(file, f"{section}.{key}".lstrip("."), "unknown key", right)
+
+    yield from name_unknown([key for key in given if key not in valid], fault_of, file, section)
 
 
 def read_dialect(

@@ -19,6 +19,8 @@ GUESSED_ROWS = 200
 """Rows of numbers from which separator and marks are guessed."""
 MAX_PREAMBLE = 500
 """Lines among which a header is looked for, to say where it may be."""
+MAX_HEADER = 300
+"""Characters of a header in which a name and a unit are told apart; in a longer one the patterns would take minutes."""
 MIN_COLUMNS = 2
 """Columns of numbers that a table has: what it stands over, and one sensor."""
 MIN_SHARE = 0.5
@@ -140,7 +142,7 @@ def split_name(text: str) -> tuple[str, str | None]:
     [('Zeit', 's'), ('Weg', 'mm'), ('p', 'bar'), ('lift', 'mm'), ('Ch1 (raw)', None)]
     """
     name, named = split_header(text)
-    if named is not None:
+    if named is not None or len(text) > MAX_HEADER:
         return name, named
     forms = [rf"(.*?)\s*{BRACKETS}", r"(.*?)\s*/\s*(.*)", r"(.*?)\s+in\s+(.*)"]
     if re.search(r"\(\s*[gG]\s*\)\s*$", text):  # in bar (g) it is no gram
