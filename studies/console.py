@@ -3,11 +3,13 @@
 import contextlib
 import errno
 import json
+import logging
 import math
 import os
 import sys
 import time
 import traceback
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import wait
 from typing import TYPE_CHECKING, Any, ParamSpec, TextIO, TypeVar
@@ -125,47 +127,48 @@ class Console:
             self.message(f"note: {text}")
 
     @contextlib.contextmanager
-    def note_old_names(self) -> Iterator[None]:
-        r"""Write a note where, while within, an old name is read in place of today's.
+    def library_warnings(self) -> Iterator[None]:
+        r"""Show what libraries warn of as messages, a line each, and old names as notes; nothing to a quiet console.
 
         Yields
         ------
         None
-            A context in which machines are read.
+            A context in which a command runs.
 
         Examples
         --------
         >>> import io
         >>> from apesim.quantities.old_names import warn_of_old_name
-        >>> with contextlib.redirect_stderr(io.StringIO()) as lines, Console().note_old_names():
+        >>> with contextlib.redirect_stderr(io.StringIO()) as lines, Console().library_warnings():
+        ...     warnings.showwarning("no such glyph", UserWarning, "font.py", 7)
         ...     warn_of_old_name("cantera", "thermally_perfect", "another law")
         ...     warn_of_old_name("cantera", "thermally_perfect", "another law")
-        >>> lines.getvalue()
-        'note: "cantera" is read as "thermally_perfect": another law\n'
+        >>> print(lines.getvalue(), end="")
+        warning: no such glyph (UserWarning in font.py)
+        note: "cantera" is read as "thermally_perfect": another law
         """
-        import warnings
-
         from apesim.quantities.old_names import OldNameWarning
 
-        told = warnings.showwarning
+        class Handler(logging.Handler):
+            def emit(handler, record: logging.LogRecord) -> None:
+                self.message(f"warning: {' '.join(record.getMessage().split())} (of {record.name})")
 
-        def show(
-            message: Warning | str,
-            category: type[Warning],
-            filename: str,
-            lineno: int,
-            file: TextIO | None = None,
-            line: str | None = None,
-        ) -> None:
+        def show(message: Warning | str, category: type[Warning], filename: str, *_: Any) -> None:
             if issubclass(category, OldNameWarning):
                 self.notes([message])
-            else:
-                told(message, category, filename, lineno, file, line)
+                return
+            self.message(
+                f"warning: {' '.join(str(message).split())} ({category.__name__} in {os.path.basename(filename)})"
+            )
 
+        last, logging.lastResort = logging.lastResort, Handler(logging.WARNING)  # takes what has no other handler
         with warnings.catch_warnings():
             warnings.simplefilter("default", OldNameWarning)
             warnings.showwarning = show
-            yield
+            try:
+                yield
+            finally:
+                logging.lastResort = last
 
     @contextlib.contextmanager
     def progress(self, what: str) -> Iterator[Report]:
@@ -408,7 +411,7 @@ def main_of(app: typer.Typer) -> int:
         return _bad_input("standard output: is closed; send it elsewhere, e.g. > /dev/null")
     streams: tuple[Any, ...] = (sys.stdout, sys.stderr)
     for stream in streams:
-        if getattr(stream, "errors", None) == "strict":  # where the encoding lacks a character
+        if getattr(stream, "errors", None) in ("strict", "surrogateescape"):  # where the encoding lacks a character
             stream.reconfigure(errors="replace")
     try:
         with contextlib.redirect_stdout(_Output(sys.stdout)):

@@ -1,12 +1,15 @@
 """Pool of processes that work is done in: this one, or several."""
 
 import contextlib
+import logging
 import multiprocessing
 import multiprocessing.connection
 import os
 import signal
+import sys
 import threading
 import time
+import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -243,7 +246,7 @@ class _Pool:
     def __init__(self, jobs: int) -> None:
         context = multiprocessing.get_context("spawn")
         self.lifeline, self.held = context.Pipe(duplex=False)
-        self.executor = ProcessPoolExecutor(jobs, mp_context=context, initializer=_live_on, initargs=(self.lifeline,))
+        self.executor = ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(self.lifeline,))
 
     def close(self, *, at_once: bool) -> None:
         """End the processes; at once: without waiting for their tasks."""
@@ -258,6 +261,14 @@ def _called(numbered: tuple[int, Callable, tuple]) -> tuple[Any]:
     """Result of a function for its arguments, in a tuple, as None stands for a death."""
     _, function, arguments = numbered
     return (function(*arguments),)
+
+
+def _begin(lifeline: Connection) -> None:
+    """Begin a worker: what libraries warn of stays out of the standard error that it shares with the command."""
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")
+        logging.lastResort = logging.NullHandler()
+    _live_on(lifeline)
 
 
 def _live_on(lifeline: Connection) -> None:

@@ -1,6 +1,7 @@
 """Conversion of the numbers of a file to SI: from their unit, or from what a sensor gives by a scale and an offset."""
 
 import math
+import re
 from collections import Counter
 from fractions import Fraction
 from typing import Any, NamedTuple

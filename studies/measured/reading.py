@@ -57,6 +57,8 @@ TOP_KEYS = ("bench", "sensor", KNOWN_TO, SCATTER, "run", "read")
 """Keys at the top of the file."""
 TEXT_KEYS = ("data", "name")
 """Keys of a run that are texts."""
+MAX_RUNS = 1000
+"""Runs of a folder: reading takes some 20 ms of each, judging and fitting more; a laboratory's day has some hundred."""
 MIN_ROWS = 8
 """Rows of a record: with fewer no noise can be estimated."""
 TOO_FAST = 100.0
@@ -137,6 +139,9 @@ def read_measured(
     if not isinstance(tables, list) or not tables or not all(isinstance(run, dict) for run in tables):
         all_faults.append(Fault(file, "run", "no list of runs", 'give each run a table [[run]] with data = "p040.csv"'))
         tables = []
+    if len(tables) > MAX_RUNS:  # before the file of any is read
+        right = f"share them out over folders of {MAX_RUNS} at most"
+        raise InputError([Fault(file, "run", f"{len(tables)} runs, more than the {MAX_RUNS} that are read", right)])
     for number, run in enumerate(tables, 1):
         section, before = f"run {number}", len(masked)
         dialect = common

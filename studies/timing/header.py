@@ -25,7 +25,8 @@ HEADER = """\
  * advance            target less command angle [deg]; 0 where unreachable
  * interpolation      linear along each axis between neighbours x[i] and x[i + 1], s = (x - x[i]) / (x[i + 1] - x[i]):
  *                    y = (1 - s) y[i] + s y[i + 1], in three axes the sum over eight corners
- * its error          {error}
+ * error of angles    of the command angles, interpolated less solved, {error}.
+ *                    {valve}
  *
  * ISO C99, no library. apesim_timing() sets both command angles [deg] and returns
  * APESIM_FULL_LIFT, where the piston meets its open stop at all points around; or
@@ -113,8 +114,11 @@ static int apesim_timing(double speed, double pressure, double temperature, doub
 """
 
 
+VALVE_ERROR = "The angles at which the valve then opens and closes were not compared; they err by a similar amount."
+
+
 def error_text(error: InterpolationError) -> str:
-    """Write what is known of the error of interpolation, in a sentence.
+    """Write what is known of the error of the interpolated command angles, in a sentence.
 
     Parameters
     ----------
@@ -181,6 +185,7 @@ def c_header(timing_map: TimingMap) -> str:
         close_target=command.close_target / DEGREE,
         machine=sha256(timing_map.archive.machine),
         error=error_text(timing_map.error),
+        valve=VALVE_ERROR,
         i=i,
         j=j,
         k=k,

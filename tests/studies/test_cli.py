@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from importlib.metadata import version
 from pathlib import Path
 
@@ -14,8 +15,10 @@ import numba
 import numpy as np
 import pytest
 
+from apesim.archive import write
 from apesim.archive.inspection import info as archive_info
 from apesim.studies.console import Console
+from tests.archive_samples import sample
 from tests.processes import ENVIRONMENT
 
 FAST = ["--speed", "800 rpm, 1000 rpm", "--intake", "cam,ideal"]
@@ -223,6 +226,51 @@ def test_a_closed_output_is_told_on_one_line(arguments):
 def test_where_errors_cannot_be_told_none_goes_to_the_output():
     run = with_closed(2, "machine", "--check", "none.toml")
     assert (run.returncode, run.stdout, run.stderr) == (2, "", "")
+
+
+ASCII_CASES = (
+    ["machine"],
+    ["gap", "effects"],
+    ["archive", "info", "a.h5"],
+    ["archive", "verify", "a.h5"],
+    ["--help"],
+    ["ü"],
+)
+
+
+@pytest.mark.parametrize("arguments", ASCII_CASES)
+def test_a_terminal_that_knows_ascii_alone_is_no_fault(tmp_path, arguments):
+    """In the locale C the error handler of Python is not the strict one."""
+    write(sample(), tmp_path / "a.h5")
+    plain = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    for environment in (plain, {"LC_ALL": "C", "PYTHONIOENCODING": "ascii"}):
+        command = [*PROGRAM, *arguments]
+        run = subprocess.run(
+            command, cwd=tmp_path, env={**ENVIRONMENT, **environment}, capture_output=True, check=False
+        )
+        assert run.returncode == (2 if arguments == ["ü"] else 0), run.stderr
+        assert (run.stdout + run.stderr).isascii()
+
+
+def test_what_libraries_warn_of_is_a_message_and_nothing_to_a_quiet_console(capsys):
+    for quiet in (False, True):
+        with warnings.catch_warnings():
+            warnings.simplefilter("always")
+            with Console(quiet=quiet).library_warnings():
+                warnings.warn("overflow\nin exp", RuntimeWarning, stacklevel=1)
+    assert capsys.readouterr().err == "warning: overflow in exp (RuntimeWarning in test_cli.py)\n"
+
+
+def test_a_quiet_command_says_nothing_of_what_matplotlib_lacks(tmp_path):
+    """A glyph, which it warns of, and a folder for its settings, which it logs."""
+    times = np.arange(-5.0, 60.0, 0.5)
+    rows = np.column_stack((times, 0.1 + 0.6 * np.exp(-np.clip(times, 0.0, None) / 12.0)))
+    header = "time [ms],pressure [MPa abs]"
+    np.savetxt(tmp_path / "日本.csv", rows, delimiter=",", header=header, comments="")
+    command = [*PROGRAM, "valve", "discharge", "日本.csv", "--volume", "500 cm^3", "--out", "c.csv", "--quiet"]
+    environment = ENVIRONMENT | {"PYTHONUTF8": "1", "MPLCONFIGDIR": str(tmp_path / "日本.csv")}
+    run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, encoding="utf-8")
+    assert (run.returncode, run.stderr) == (0, "")
 
 
 @pytest.mark.parametrize("group", [[], ["valve"], ["engine"], ["archive"]])

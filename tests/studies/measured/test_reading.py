@@ -379,3 +379,9 @@ def test_a_pipe_in_a_folder_is_refused_at_once(folder, name):
     os.mkfifo(where / name)
     [line] = faults(where)
     assert line.startswith("measured.toml") and name in line
+
+
+def test_more_runs_than_are_read_are_refused_before_any_file_is(folder):
+    where = folder('bench = "valve"\n' + '[[run]]\ndata = "none.csv"\n' * 20_000)
+    [fault] = faults(where)
+    assert "run: 20000 runs, more than the 1000 that are read; share them out over folders" in fault
