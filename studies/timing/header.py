@@ -114,7 +114,7 @@ static int apesim_timing(double speed, double pressure, double temperature, doub
 """
 
 
-VALVE_ERROR = "The angles at which the valve then opens and closes were not compared; they err by a similar amount."
+VALVE_ERROR = "How far the valve then misses its targets was not measured; its closing depends on both commands."
 
 
 def error_text(error: InterpolationError) -> str:

@@ -344,6 +344,7 @@ def test_the_c_header_says_where_the_piston_turns_back(tmp_path):
     columns = {"full_lift": column([1, 1, 0, 0], "1", "whether the piston meets its open stop")}
     command, error = Machine().command, InterpolationError(0, 0, 0, nan, nan, nan, nan)
     header = c_header(TimingMap(Archive("", {}, columns), command, axes, advance, advance, {}, error))
+    assert "of the command angles, interpolated less solved" in header and "valve then misses its targets" in header
     points = [(speed * RPM, 1.1e6, 287.0) for speed in (610.0, 890.0, 910.0, 1190.0, 1210.0, 620.0)]
     assert answers_of(header, points, tmp_path)[:, 0].tolist() == [1.0, 1.0, 2.0, 2.0, 0.0, 1.0]
 
