@@ -153,7 +153,14 @@ class Console:
             def emit(handler, record: logging.LogRecord) -> None:
                 self.message(f"warning: {' '.join(record.getMessage().split())} (of {record.name})")
 
-        def show(message: Warning | str, category: type[Warning], filename: str, *_: Any) -> None:
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
             if issubclass(category, OldNameWarning):
                 self.notes([message])
                 return
