@@ -61,6 +61,14 @@ MAX_HEADLINES = 6
 """Numbers in a short text: with title, conditions, ending and warnings it stays below 12 lines."""
 
 
+MAPPINGS = ("scalars", "traces", "conditions")
+"""Attributes of a result that are mappings, which nobody can change."""
+TOLD = ("conditions", "warnings", "ending", "converged", "machine")
+"""Attributes that two equal results have in common, besides their numbers and traces."""
+TIMES = {"wall_time"}
+"""Numbers that say how long a computation took, and are another each time."""
+
+
 def name_of(key: str, unit: str) -> str:
     """Return the name of a quantity in Python: without its SI unit, or with another one.
 
@@ -161,6 +169,9 @@ class Trace:
         object.__setattr__(self, "values", values)
         if values.ndim != len(self.dims):
             raise ValueError(f"values of {values.ndim} axes, but the names of {len(self.dims)}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.dims, self.values, self.unit, self.long_name)  # made anew, so that it stays read only
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
         return np.array(self.values, dtype=dtype, copy=copy)
@@ -275,9 +286,29 @@ class Result(Mapping[str, Any]):
     machine: str = ""
 
     def __post_init__(self) -> None:
-        for name in ("scalars", "traces", "conditions"):
+        for name in MAPPINGS:
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
         object.__setattr__(self, "warnings", tuple(self.warnings))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {name: dict(getattr(self, name)) for name in MAPPINGS}  # no proxy can be pickled or copied
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state | {name: MappingProxyType(state[name]) for name in MAPPINGS})
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Result):
+            return super().__eq__(other)
+        told, others = (
+            (type(result), *(getattr(result, name) for name in TOLD), set(result.scalars) - TIMES, set(result.traces))
+            for result in (self, other)
+        )
+        return told == others and all(
+            _are_same(item, theirs[name])
+            for mine, theirs in ((self.scalars, other.scalars), (self.traces, other.traces))
+            for name, item in mine.items()
+            if name not in TIMES
+        )
 
     def __getitem__(self, name: str) -> Any:
         scalar = self.scalars.get(name) or self.scalars.get(without_unit(name))
@@ -419,6 +450,14 @@ class Result(Mapping[str, Any]):
     def _attributes(self) -> dict[str, Any]:
         told = {"title": self.title, **self.conditions, "warnings": "\n".join(self.warnings)}
         return told | ({"machine": self.machine} if self.machine else {})
+
+
+def _are_same(one: Scalar | Trace, other: Scalar | Trace) -> bool:
+    """Whether two numbers or traces are the same; NaN is NaN."""
+    values = [item.value if isinstance(item, Scalar) else item.values for item in (one, other)]
+    are_floats = all(np.asarray(value).dtype.kind == "f" for value in values)
+    told = [(getattr(item, "dims", ()), item.unit, item.long_name) for item in (one, other)]
+    return told[0] == told[1] and np.array_equal(*values, equal_nan=are_floats)
 
 
 def attributes_of(item: Scalar | Trace) -> dict[str, str]:

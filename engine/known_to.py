@@ -262,6 +262,10 @@ class KnownTo(Declaration):
             raise InvalidValue(first.wrong, first.right, tuple(faults))
         return tuple(known_to.items())
 
+    def convert(self, value: Any) -> tuple[Any, ...]:
+        """Return a checked table as a tuple, see `Declaration.convert`."""
+        return value if isinstance(value, tuple) else tuple(value)
+
     def check(self, value: Any) -> None:
         """Refuse pairs, made in Python, that no table could have given.
 

@@ -16,6 +16,7 @@ from apesim.engine.known_to import KnownTo, find_odd_shares
 from apesim.engine.proportions import Unscaled, find_unscaled
 from apesim.quantities import Fault, InputError, Quantity, quoted
 from apesim.quantities.settings import differences, dumps, find_ignored_keys, replaced
+from apesim.quantities.trees import contents_of
 from apesim.quantities.uncertainties import Uncertainty
 from apesim.valve.groove import Groove
 from apesim.valve.piston import Valve
@@ -82,6 +83,12 @@ class Command(NamedTuple):
                 yield late, *fault
 
 
+def _faults_of_paths(where: str, key: str, paths: Iterable[Any]) -> list[Fault]:
+    """Faults of what is given for paths and is none: a number would be taken for an open file."""
+    strange = [path for path in paths if not isinstance(path, str | PathLike)]
+    return [Fault(where, key, f"{quoted(path)} is no path", "give the path of a file") for path in strange]
+
+
 MAX_DIFFERENCES = 8
 """Keys that a short text of a machine names: it stays below a dozen lines."""
 
@@ -133,6 +140,13 @@ class Machine(NamedTuple):
         """
         from apesim.engine.outside_machine import load_machine
 
+        faults = [] if path is None else _faults_of_paths("Machine.load()", "path", [path])
+        settings = [settings] if isinstance(settings, str) or not isinstance(settings, Iterable) else list(settings)
+        right = 'write texts KEY=VALUE, e.g. ["engine.bore=90 mm"]'
+        strange = [text for text in settings if not isinstance(text, str)]
+        faults += [Fault("Machine.load()", "settings", f"{quoted(text)} is no text", right) for text in strange]
+        if faults:
+            raise InputError(faults)
         return load_machine(path, settings)  # type: ignore[return-value]
 
     def with_(self, **values: Any) -> Self:
@@ -140,9 +154,10 @@ class Machine(NamedTuple):
 
         Parameters
         ----------
-        **values : str, float, int or array
+        **values : str, tuple, float, int or array
             By the key of the machine file, with underscores for its dots (``engine_bore``) or as it is in a mapping
-            (``**{"engine.bore": ...}``): a text with its unit, or a number in SI, a pressure absolute.
+            (``**{"engine.bore": ...}``): a text with its unit, a number with its unit (``(90, "mm")``), or a number in
+            SI, a pressure absolute. An angle has to have its unit.
 
         Returns
         -------
@@ -190,6 +205,9 @@ class Machine(NamedTuple):
         """
         from apesim.engine.outside_machine import with_effects
 
+        paths = [effect for effect in effects if not isinstance(effect, Effect)]
+        if faults := _faults_of_paths("Machine.with_effects()", "", paths):
+            raise InputError(faults)
         return with_effects(self, *effects)
 
     def to_toml(self, keys: Literal["all", "first"] = "all") -> str:
@@ -255,6 +273,15 @@ class Machine(NamedTuple):
         valve.moving_mass = 0.1145 kg with a changed valve.stroke
         """
         return list(find_unscaled(self))
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or (isinstance(other, Machine) and contents_of(self) == contents_of(other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other  # a tuple has its own
+
+    def __hash__(self) -> int:
+        return hash(contents_of(self))
 
     def __repr__(self) -> str:
         changes = [f"  {key} = {text}" for key, text in differences(self)]

@@ -12,6 +12,7 @@ import numpy as np
 from apesim.archive import Archive
 from apesim.archive.grid import words_of
 from apesim.results import Result, Scalar, Trace, name_of
+from apesim.studies.calls import public
 
 if TYPE_CHECKING:
     import pandas
@@ -210,6 +211,7 @@ def variables_of(archive: Archive) -> dict[str, Trace]:
     return traces
 
 
+@public
 def read_archive(path: str | PathLike[str]) -> ArchiveResult:
     """Read an archive back as the result that was written.
 

@@ -1,21 +1,126 @@
 """Calls: what the public functions share, from the check of their arguments to the text of the call."""
 
+import functools
 import inspect
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from types import NoneType, UnionType
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, get_args, get_origin
+
+import numpy as np
 
 from apesim.engine.machine import Machine
-from apesim.quantities import Arguments
+from apesim.quantities import Arguments, Fault, InputError, quoted
 from apesim.quantities.checking import check
 from apesim.quantities.settings import differences
 
 if TYPE_CHECKING:
     from apesim.archive import Archive
 
+P, R = ParamSpec("P"), TypeVar("R")
+QUANTITIES = {float, int, tuple}
+"""Types of what is read as a quantity or as a list of them, with its own words for what is wrong."""
 
-def arguments_of(function: str, machine: Machine) -> Arguments:
+
+def public(function: Callable[P, R]) -> Callable[P, R]:
+    """Let a public function refuse None and other types than its annotations name, each argument by its name.
+
+    Numbers are left to the function, which knows their units and ranges.
+
+    Parameters
+    ----------
+    function : function
+        Public function; its annotations are types, no texts.
+
+    Returns
+    -------
+    function
+        The same, which checks its arguments before it begins.
+
+    Examples
+    --------
+    >>> @public
+    ... def march(machine: Machine, out: str | None = None, traces: bool = True) -> None: ...
+    >>> march(Machine(), traces=None)
+    Traceback (most recent call last):
+    ...
+    apesim.quantities.input_errors.InputError: march(): traces: is None; write True or False
+    """
+    parameters = inspect.signature(function).parameters
+    kinds = {name: _kinds_of(parameter.annotation) for name, parameter in parameters.items()}
+
+    @functools.wraps(function)
+    def checked(*arguments: P.args, **named: P.kwargs) -> R:
+        given = {**dict(zip(parameters, arguments, strict=False)), **named}
+        faults = [
+            Fault(f"{function.__name__}()", name, *fault)
+            for name, value in given.items()
+            if name in kinds
+            for fault in _faults_of_type(value, kinds[name])
+        ]
+        if faults:
+            raise InputError(faults)
+        return function(*arguments, **named)
+
+    return checked
+
+
+def _kinds_of(annotation: Any) -> tuple[Any, ...]:
+    """Members of an annotation."""
+    return get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
+
+
+def _items_of(kind: Any) -> tuple[Any, ...]:
+    """Type of the items of a list; none of any other type."""
+    is_list = get_origin(kind) not in (None, Callable)
+    return get_args(kind)[:1] if is_list else ()
+
+
+def _faults_of_type(value: Any, kinds: tuple[Any, ...]) -> Iterator[tuple[str, str]]:
+    """What is wrong with the type of an argument, and what would be right."""
+    plain = {get_origin(kind) or kind for kind in kinds}
+    if value is None:
+        if NoneType not in plain:
+            yield "is None", _right_form(kinds)
+    elif plain & QUANTITIES or Machine in plain:  # the function itself reads these
+        return
+    elif len(plain - {NoneType}) == 1 and issubclass(next(iter(plain - {NoneType})), Iterable) and str not in plain:
+        if isinstance(value, str | PathLike) or not isinstance(value, Iterable):
+            yield f"{quoted(value)} is no list", _right_form(kinds)
+        elif isinstance(value, list | tuple | set):
+            (texts,) = get_args(next(kind for kind in kinds if kind is not NoneType))
+            for item in value:
+                if not _is_one_of(item, _kinds_of(texts)):
+                    yield f"{quoted(item)} is no text", _right_form(kinds)
+    elif not _is_one_of(value, kinds):
+        yield f"{quoted(value)} is of the type {type(value).__name__}", _right_form(kinds)
+
+
+def _is_one_of(value: Any, kinds: tuple[Any, ...]) -> bool:
+    """Whether a value is of one of the types of an annotation."""
+    plain = [get_origin(kind) or kind for kind in kinds]
+    return any(callable(value) if kind is Callable else isinstance(value, kind) for kind in plain) or (
+        bool in plain and isinstance(value, np.bool_)
+    )
+
+
+def _right_form(kinds: tuple[Any, ...]) -> str:
+    """What an argument may be, in words."""
+    plain = {get_origin(kind) or kind for kind in kinds}
+    items = {get_origin(item) or item for kind in kinds for of in _items_of(kind) for item in _kinds_of(of)}
+    words = {Machine: "a Machine", bool: "True or False", Callable: "a function", PathLike: "a path"}
+    told = [word for kind, word in words.items() if kind in plain]
+    if plain & QUANTITIES:
+        told.append("a value with its unit")
+    elif str in plain and PathLike not in plain:
+        told.append("a text")
+    elif not told:
+        told.append(f"a list of {'paths' if PathLike in items else 'texts'}")
+    return f"write {' or '.join(told)}"
+
+
+def arguments_of(function: str, machine: Machine) -> tuple[Arguments, Machine]:
     """Make the reader of the arguments of a public function, whose machine is checked first.
 
     Parameters
@@ -27,8 +132,10 @@ def arguments_of(function: str, machine: Machine) -> Arguments:
 
     Returns
     -------
-    Arguments
+    arguments : Arguments
         Reader that collects the faults of all arguments.
+    machine : Machine
+        The machine; where it held an int or another kind of number, one with a float for it, as kernels need it.
 
     Raises
     ------
@@ -38,13 +145,13 @@ def arguments_of(function: str, machine: Machine) -> Arguments:
     Examples
     --------
     >>> from apesim.quantities import Quantity
-    >>> arguments = arguments_of("run_engine", Machine())
+    >>> arguments, machine = arguments_of("run_engine", Machine())
     >>> round(arguments.quantity("speed", "1000 rpm", Quantity("rpm", 1, 30000, "a call")), 2)
     104.72
     """
     own_class = type(machine) if isinstance(machine, Machine) else Machine  # effects from outside make one
-    check(machine, own_class, f"{function}()")
-    return Arguments(function, machine.ambient.pressure)
+    machine = check(machine, own_class, f"{function}()")
+    return Arguments(function, machine.ambient.pressure), machine
 
 
 def computed(

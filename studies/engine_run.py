@@ -18,8 +18,9 @@ from apesim.engine.steady import SteadyRun, run_steady
 from apesim.engine.warnings import judge_point
 from apesim.march.adaptive import Status
 from apesim.quantities import split_header
+from apesim.quantities.arguments import WithUnit
 from apesim.results import NotConverged, Result, Trace, name_of, scalars_of
-from apesim.studies.calls import arguments_of, compile_first
+from apesim.studies.calls import arguments_of, compile_first, public
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.operating_conditions import SPEED
 
@@ -187,15 +188,16 @@ class EngineRun(Result):
         return ax
 
 
-def run_engine(machine: Machine, speed: str | float) -> EngineRun:
+@public
+def run_engine(machine: Machine, speed: WithUnit) -> EngineRun:
     """March one operating point of the engine to its periodic state.
 
     Parameters
     ----------
     machine : Machine
         Machine to run.
-    speed : str or float
-        Speed of the crankshaft, e.g. "1000 rpm", or [rad/s].
+    speed : str or (float, str)
+        Speed of the crankshaft with its unit, "1000 rpm" or ``(1000, "rpm")``.
 
     Returns
     -------
@@ -220,7 +222,7 @@ def run_engine(machine: Machine, speed: str | float) -> EngineRun:
     >>> run.traces["lift"]
     <Trace [m] over 721 crank_angle_deg, 0 to 0.009>
     """
-    arguments = arguments_of("run_engine", machine)
+    arguments, machine = arguments_of("run_engine", machine)
     omega = arguments.quantity("speed", speed, SPEED)
     arguments.refuse()
     call_in_thread(compile_first, machine, run_steady, QUICK, max_cycles=1).result()

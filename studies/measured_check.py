@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from apesim.engine.machine import Machine
 from apesim.quantities import Fault, InputError
+from apesim.studies.calls import public
 from apesim.studies.estimation.arguments import Tell, open_measured
 from apesim.studies.measured import Measured
 from apesim.studies.measured.plausibility import Finding, Kind, examine, group_findings
@@ -192,6 +193,7 @@ class MeasuredCheck:
         return f"{html.escape(self.summary)}<table><tr>{names}</tr>{rows}</table>"
 
 
+@public
 def check_measured(
     machine: Machine, measured: Measured | str | PathLike[str], *, progress: Tell | None = None
 ) -> MeasuredCheck:
@@ -234,7 +236,7 @@ def check_measured(
     ['gauge called abs?']
     """
     start = time.perf_counter()
-    measured, _ = open_measured("check_measured", machine, measured)
+    machine, measured, _ = open_measured("check_measured", machine, measured)
     examination = examine(machine, measured, progress)
     return MeasuredCheck(machine, measured, examination.findings, examination.expected, time.perf_counter() - start)
 

@@ -13,9 +13,10 @@ from apesim.archive.columns import column, run_axis, run_text, values_of
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
+from apesim.quantities.arguments import Given
 from apesim.quantities.settings import dumps
 from apesim.studies.archive_result import ArchiveResult
-from apesim.studies.calls import arguments_of, call_text, computed
+from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.march_status import STATUS_MEANINGS
 from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE, TIME, with_control_air
 from apesim.studies.progress import Progress, show_progress
@@ -274,12 +275,13 @@ def plot_over_pressure(result: ArchiveResult, name: str, ax: "Axes | None" = Non
     return ax
 
 
+@public
 def map_valve(
     machine: Machine,
     *,
-    pressure: str | float | Iterable[str | float] = PRESSURES,
-    temperature: str | float | Iterable[str | float] = TEMPERATURES,
-    pulse: str | float = "50 ms",
+    pressure: Given | Iterable[Given] = PRESSURES,
+    temperature: Given | Iterable[Given] = TEMPERATURES,
+    pulse: Given = "50 ms",
     out: str | PathLike[str] | None = None,
     overwrite: bool = False,
     progress: Progress = False,
@@ -326,7 +328,7 @@ def map_valve(
     array([5.6 , 5.77])
     """
     call = call_text(map_valve, locals()) if call is None else call
-    arguments = arguments_of("map_valve", machine)
+    arguments, machine = arguments_of("map_valve", machine)
     pressures = arguments.range("pressure", pressure, PRESSURE)
     temperatures = arguments.range("temperature", temperature, TEMPERATURE)
     seconds = arguments.quantity("pulse", pulse, TIME)

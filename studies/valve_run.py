@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import TOLERANCE, Status
 from apesim.quantities import split_header
+from apesim.quantities.arguments import Given
 from apesim.results import NotConverged, Result, Trace, scalars_of
-from apesim.studies.calls import arguments_of, compile_first
+from apesim.studies.calls import arguments_of, compile_first, public
 from apesim.studies.engine_run import supply_conditions
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.operating_conditions import PRESSURE, RATE, TEMPERATURE, TIME, with_control_air
@@ -168,14 +169,15 @@ class ValveRun(Result):
         return ax
 
 
+@public
 def run_valve(
     machine: Machine,
     *,
-    supply: str | float | None = None,
-    temperature: str | float | None = None,
-    pulse: str | float = "50 ms",
-    until: str | float | None = None,
-    repeat: str | float | None = None,
+    supply: Given | None = None,
+    temperature: Given | None = None,
+    pulse: Given = "50 ms",
+    until: Given | None = None,
+    repeat: Given | None = None,
 ) -> ValveRun:
     """Run the valve alone on its bench: a single pulse from rest, or a repeated one at its periodic state.
 
@@ -215,7 +217,7 @@ def run_valve(
     >>> run.traces["lift"]
     <Trace [m] over 1001 time, 0 to 0.009>
     """
-    arguments = arguments_of("run_valve", machine)
+    arguments, machine = arguments_of("run_valve", machine)
     pressure = arguments.quantity("supply", supply, PRESSURE)
     kelvin = arguments.quantity("temperature", temperature, TEMPERATURE)
     seconds = arguments.quantity("pulse", pulse, TIME)

@@ -1,14 +1,27 @@
-"""Arguments: what a function is called with from Python, refused in the words of a file or of the command line."""
+"""Arguments: what a function is called with from Python, refused in the words of a file or of the command line.
 
+A quantity is a text with its unit, or numbers and their unit: ``(600, "rpm")``, ``(np.arange(600, 1801, 200), "rpm")``.
+A bare number is in SI, but for a speed or an angle: there it is refused, as nobody means rad/s by 600.
+"""
+
+import re
 from collections.abc import Iterable, Mapping
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
-from apesim.quantities.curves import Curve
-from apesim.quantities.declarations import Choice
-from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault
+from apesim.quantities.declarations import Quantity
+from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.ranges import Declared, parse, parse_range
+from apesim.quantities.units import unit
+
+MAX_SHOWN = 4
+"""Numbers of a list that a message shows twice more with a unit; a longer one would fill the line."""
+WithUnit = str | tuple[Any, str]
+"""Text with its unit, or a number or an array of numbers with their unit."""
+Given = WithUnit | float
+"""What a quantity other than a speed or an angle is given as: with its unit, or a number in SI."""
 
 
 class Arguments:
@@ -43,8 +56,9 @@ class Arguments:
         ----------
         name : str
             Name of the argument.
-        given : str, float, int, array or None
-            What the caller gave: a text with its unit or a number in SI; a word or its index; a path or an array.
+        given : str, tuple, float, int, array or None
+            What the caller gave: a text with its unit, a number with its unit in a tuple, or a number in SI, which a
+            speed or an angle cannot be; a word or its index; a path or an array.
         declaration : Quantity, Choice or Curve
             What the value may be.
 
@@ -74,8 +88,9 @@ class Arguments:
         ----------
         name : str
             Name of the argument.
-        given : str, float, or iterable of them
-            Range or list in a text, one number in SI, or a sequence of texts and numbers.
+        given : str, tuple, float, or iterable of them
+            Range or list in a text, an array with its unit in a tuple, one number in SI, or a sequence of texts and
+            numbers. A speed or an angle has to have its unit.
         declaration : Quantity, Choice or Curve
             What each value may be.
 
@@ -141,11 +156,11 @@ class Arguments:
 def value_of(
     given: Any, declaration: Declared, ambient_pressure: float | None = None, where: str = "", file: str = ""
 ) -> Any:
-    """Return the value in SI of a text with its unit, or of a number in SI; a choice is its word, or the index of it.
+    """Return the value in SI of a text or number with its unit, or of a number in SI; a choice is its word or index.
 
     Parameters
     ----------
-    given : str, float, int or array
+    given : str, tuple, float, int or array
         What the caller gave.
     declaration : Quantity, Choice or Curve
         What the value may be.
@@ -168,8 +183,10 @@ def value_of(
     --------
     >>> from apesim.quantities import Pressure
     >>> supply = Pressure(0.1, 2, "chosen")
-    >>> value_of("0.4 MPa gauge", supply, ambient_pressure=101325.0), value_of(5e5, supply)
+    >>> value_of("0.4 MPa gauge", supply, ambient_pressure=101325.0), value_of((5, "bar abs"), supply)
     (501325.0, 500000.0)
+    >>> value_of(5e5, supply)
+    500000.0
     """
     if isinstance(given, str):
         return parse(given, declaration, ambient_pressure, where, file)
@@ -184,8 +201,8 @@ def checked_value(given: Any, declaration: Declared, ambient_pressure: float | N
 
     Parameters
     ----------
-    given : str, path, float, int or array
-        What the caller gave; a text or path is read, anything else is checked.
+    given : str, tuple, path, float, int or array
+        What the caller gave; a text, a path or a number with its unit is read, anything else is checked.
     declaration : Quantity, Choice or Curve
         What the value may be.
     ambient_pressure : float, optional
@@ -204,17 +221,67 @@ def checked_value(given: Any, declaration: Declared, ambient_pressure: float | N
     Examples
     --------
     >>> from apesim.quantities import Quantity
-    >>> checked_value(1, Quantity("m", 0, 2, "chosen"))
-    1.0
+    >>> checked_value(1, Quantity("m", 0, 2, "chosen")), checked_value((1, "mm"), Quantity("m", 0, 2, "chosen"))
+    (1.0, 0.001)
     """
     if isinstance(given, str) or hasattr(given, "__fspath__") or (declaration.is_table and isinstance(given, Mapping)):
         return declaration.read(given, ambient_pressure)
+    if isinstance(declaration, Quantity):
+        if _has_unit(given):
+            texts = _texts_of(*given)
+            if len(texts) != 1:
+                raise InvalidValue(f"{quoted(given)} is not one value", f"write one, e.g. {_pair(1, declaration.unit)}")
+            return declaration.read(texts[0], ambient_pressure)
+        if declaration.needs_unit:
+            raise _unit_missing(given, declaration)
     declaration.check(given)
-    if declaration.is_table:
-        return tuple(given)
-    if isinstance(declaration, Curve):
-        return np.array(given, dtype=float)
-    return int(given) if isinstance(declaration, Choice) else declaration.as_said(float(given))
+    value = declaration.convert(given)
+    if isinstance(declaration, Quantity):
+        return declaration.as_said(value)
+    return np.array(value) if value is given and isinstance(value, np.ndarray) else value  # the caller may edit his
+
+
+def _has_unit(given: Any) -> bool:
+    """Whether numbers have their unit beside them; a tuple of texts is a list, and "9 mm" is no unit."""
+    return (
+        isinstance(given, tuple)
+        and len(given) == 2
+        and isinstance(given[1], str)
+        and not isinstance(given[0], str)
+        and not re.match(r"\s*[-+.0-9]", given[1])
+    )
+
+
+def _texts_of(numbers: Any, name: str) -> list[str]:
+    """A text for each of some numbers with their unit, so that they are read as texts are."""
+    try:
+        items = np.asarray(numbers).ravel().tolist()
+    except ValueError:  # lists of different lengths
+        items = [None]
+    if any(isinstance(item, bool) or not isinstance(item, Real) for item in items):
+        raise InvalidValue(f"{quoted(numbers)} is no number and no list of numbers", f"write e.g. {_pair(1, name)}")
+    return [f"{item if isinstance(item, int) else float(item)!r} {name}".strip() for item in items]
+
+
+def _pair(numbers: Any, name: str) -> str:
+    """How numbers with the name of their unit are written."""
+    return f'({quoted(numbers)}, "{name}")'
+
+
+def _unit_missing(given: Any, quantity: Quantity) -> InvalidValue:
+    """The `InvalidValue` of a speed or an angle that is given as bare numbers: their unit cannot be told."""
+    units = quantity.unit, "rad" if unit(quantity.unit).dimension == unit("rad").dimension else "rad/s"
+    given = given.tolist() if isinstance(given, np.ndarray | np.generic) else given
+    items = given if isinstance(given, list | tuple) else [given]
+    bare = [item for item in items if isinstance(item, Real) and not isinstance(item, bool)]
+    if not bare:
+        return InvalidValue(f"{quoted(given)} is no quantity")
+    number = str(float(bare[0])).removesuffix(".0")
+    forms = [f'"{number} {name}"' for name in units]
+    if len(bare) == len(items) > 1:
+        short = quoted(given) if len(items) <= MAX_SHOWN else "values"
+        forms = [f'({short}, "{name}")' for name in units]
+    return InvalidValue(f"{quoted(given)} has no unit", f"write e.g. {' or '.join(forms)}")
 
 
 def values_of(
@@ -224,7 +291,7 @@ def values_of(
 
     Parameters
     ----------
-    given : str, float, or iterable of them
+    given : str, tuple, float, or iterable of them
         What the caller gave.
     declaration : Quantity, Choice or Curve
         What each value may be.
@@ -248,9 +315,25 @@ def values_of(
     >>> from apesim.quantities import Quantity
     >>> values_of(["8 mm", 0.009], Quantity("mm", 1, 50, "chosen"))
     [0.008, 0.009]
+    >>> values_of(([60, 70], "deg"), Quantity("deg", 0, 360, "chosen")) == values_of(
+    ...     "60 deg, 70 deg", Quantity("deg", 0, 360, "chosen")
+    ... )
+    True
     """
     if isinstance(given, str):
         return parse_range(given, declaration, ambient_pressure, where, file)
+    if isinstance(given, np.ndarray) and not given.ndim:
+        given = given.item()
+    if isinstance(declaration, Quantity):
+        try:
+            if _has_unit(given):
+                given = _texts_of(*given)
+            elif declaration.needs_unit and isinstance(given, Iterable):
+                given = [item.item() if isinstance(item, np.generic) else item for item in given]
+                if any(isinstance(item, Real) for item in given):  # one fault for all of them
+                    raise _unit_missing(given, declaration)
+        except InvalidValue as wrong:
+            raise InputError([make_fault(file, where, wrong, declaration)]) from None
     items = list(given) if isinstance(given, Iterable) else [given]
     if not items or all(isinstance(item, str) for item in items):
         return parse_range(items, declaration, ambient_pressure, where, file)

@@ -8,8 +8,8 @@ from apesim.quantities.reading import unknown
 from apesim.quantities.trees import faults, fields, is_section, joined
 
 
-def check(tree: Any, cls: Any, where: str) -> None:
-    """Refuse a tree whose text `apesim.quantities.reading.read` would refuse.
+def check(tree: Any, cls: Any, where: str) -> Any:
+    """Refuse a tree whose text `apesim.quantities.reading.read` would refuse; else return it as kernels need it.
 
     Parameters
     ----------
@@ -19,6 +19,11 @@ def check(tree: Any, cls: Any, where: str) -> None:
         Parameter class that it has to be of.
     where : str
         What it was given to, for messages.
+
+    Returns
+    -------
+    NamedTuple
+        The same tree; where a number is an int, a fraction or of another precision, a copy with a float for it.
 
     Raises
     ------
@@ -33,15 +38,65 @@ def check(tree: Any, cls: Any, where: str) -> None:
     >>> class Valve(NamedTuple):
     ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
     >>> check(Valve(stroke=8e-3), Valve, "run()")
+    Valve(stroke=0.008)
     >>> check(Valve(stroke=8.0), Valve, "run()")
     Traceback (most recent call last):
     ...
     apesim.quantities.input_errors.InputError: run(): stroke: 8000 mm is out of range; allowed: 1 to 50 mm
     """
-    all_faults = list(_find_faults(tree, cls, where, cls))
-    all_faults = all_faults or [Fault(where, *fault) for fault in faults(tree)]
-    if all_faults:
+    tree = check_values(tree, cls, where)
+    if all_faults := [Fault(where, *fault) for fault in faults(tree)]:
         raise InputError(all_faults)
+    return tree
+
+
+def check_values(tree: Any, cls: Any, where: str) -> Any:
+    """Refuse a tree with a value that is wrong by itself; else return it as kernels need it.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        Instance of a parameter class, its values in SI.
+    cls : type
+        Parameter class that it has to be of.
+    where : str
+        What it was given to, for messages.
+
+    Returns
+    -------
+    NamedTuple
+        The same tree, see `check`.
+
+    Raises
+    ------
+    InputError
+        Something is of another class, unknown, no number or out of range. Holds every fault.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("m", 0, 9, "chosen")] = 9e-3
+    >>> check_values(Valve(stroke=1), Valve, "run()")
+    Valve(stroke=1.0)
+    """
+    if all_faults := list(_find_faults(tree, cls, where, cls)):
+        raise InputError(all_faults)
+    return _converted(tree, cls)
+
+
+def _converted(tree: Any, cls: Any) -> Any:
+    """A checked tree whose values have the types that the kernels are compiled for; itself where all have."""
+    changes = {}
+    for key, field in fields(cls).items():
+        value = getattr(tree, key)
+        if value is cls._field_defaults[key]:  # most sections are the very defaults
+            continue
+        held = _converted(value, field) if is_section(field) else field.convert(value)
+        if held is not value:
+            changes[key] = held
+    return tree._replace(**changes) if changes else tree
 
 
 def _find_faults(tree: Any, cls: Any, where: str, root: Any, path: tuple[str, ...] = ()) -> Iterator[Fault]:

@@ -38,6 +38,27 @@ class Declaration:
     entry = ""
     """A right entry of such a table in TOML."""
 
+    def convert(self, value: Any) -> Any:
+        """Return a checked value in the type that the kernels are compiled for.
+
+        Parameters
+        ----------
+        value : object
+            Value inside, which ``check`` takes.
+
+        Returns
+        -------
+        object
+            The same value; the very object where its type is right.
+
+        Examples
+        --------
+        >>> from fractions import Fraction
+        >>> Quantity("mm", 1, 50, "chosen").convert(Fraction(1, 100)), Choice(("a", "b"), "chosen").convert(1)
+        (0.01, 1)
+        """
+        raise NotImplementedError
+
     def __get_pydantic_core_schema__(self: Any, source: Any, handler: Any) -> Any:
         from pydantic_core import core_schema
 
@@ -89,6 +110,11 @@ class Quantity(Declaration):
         else:
             ends = f"at most {high}" if math.isinf(self.low) else f"{low} to {high}"
         return f"{ends} {self.unit}{self.suffix}".strip() + ", whole" * self.whole
+
+    @cached_property
+    def needs_unit(self) -> bool:
+        """Whether it is an angle or a speed of rotation: a bare number of these does not tell its unit."""
+        return unit(self.unit).dimension in (unit("rad").dimension, unit("rad/s").dimension)
 
     @cached_property
     def ends(self) -> list[float]:
@@ -243,6 +269,10 @@ class Quantity(Declaration):
                 f"{self._shown(value)} is no whole number", f"give {math.floor(value)} or {math.ceil(value)}"
             )
 
+    def convert(self, value: Any) -> float:
+        """Return a checked value as a float, see `Declaration.convert`."""
+        return value if type(value) is float else float(value)
+
     def _shown(self, value: Any) -> str:
         return self.render(float(value)) if math.isfinite(value) else repr(float(value))
 
@@ -266,6 +296,7 @@ class Quantity(Declaration):
         >>> Quantity("mm", 1, 50, "chosen").render(9e-3)
         '9 mm'
         """
+        value = self.convert(value)
         if math.isnan(value):
             return ""
         return "inf" if value == math.inf else f"{unit(self.unit).shortest(value)} {self.unit}".strip()
@@ -362,6 +393,10 @@ class Pressure(Quantity):
             raise InvalidValue(f"{quoted(raw)}: no ambient pressure is known here to stand above")
         return si_value(raw, body.strip(), self.unit, ambient_pressure)
 
+    def convert(self, value: Any) -> float:
+        """Return a checked value as a float, see `Declaration.convert`; what was said as absolute stays so."""
+        return value if isinstance(value, AbsolutePressure) else super().convert(value)
+
     def as_said(self, value: float) -> float:
         """Mark a pressure as said as absolute, where others are said as gauge.
 
@@ -404,6 +439,7 @@ class Pressure(Quantity):
         >>> supply.render(501325.0, ambient_pressure=101325.0), supply.render(501325.0)
         ('0.4 MPa gauge', '0.501325 MPa abs')
         """
+        value = self.convert(value)
         if not math.isfinite(value):
             return super().render(value)
         is_gauge = self.show == "gauge" and not isinstance(value, AbsolutePressure)
@@ -496,6 +532,10 @@ class Choice(Declaration):
         if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= value < len(self.options):  # type: ignore[operator]
             indices = ", ".join(f'{index} ("{option}")' for index, option in enumerate(self.options))
             raise InvalidValue(f"{quoted(value)} is no option", f"give one of {indices}")
+
+    def convert(self, value: Any) -> int:
+        """Return a checked index as an int, see `Declaration.convert`."""
+        return value if type(value) is int else int(value)
 
     @property
     def strong(self) -> str:

@@ -58,8 +58,8 @@ class InputError(Exception):
     """
 
     def __init__(self, faults: Iterable[Fault]) -> None:
-        super().__init__(faults)
         self.faults = list(faults)
+        super().__init__(self.faults)
 
     def __str__(self) -> str:
         lines = [str(fault) for fault in self.faults[:MAX_LINES]]

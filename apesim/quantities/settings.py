@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from apesim.quantities.arguments import checked_value
-from apesim.quantities.checking import check
+from apesim.quantities.checking import check, check_values
 from apesim.quantities.curves import Curve
 from apesim.quantities.files import text_of
 from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault, quoted
@@ -203,8 +203,9 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
     ----------
     tree : NamedTuple
         An instance of a parameter class; it stays as it is.
-    values : mapping of str to str, float, int or array
-        By key, e.g. "engine.bore" or, where that is clear, "engine_bore"; a text with its unit, or a number in SI.
+    values : mapping of str to str, tuple, float, int or array
+        By key, e.g. "engine.bore" or, where that is clear, "engine_bore"; a text with its unit, a number with its unit
+        as in ``(9, "mm")``, or a number in SI, which an angle cannot be.
         Gauge pressures stand above the new ambient pressure, where it is among them: those that are given, and those
         that the tree has.
     where : str
@@ -271,13 +272,12 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
     given = {_base(key, others): value for key, value in given.items()}
     tree = move_gauge_pressures(tree, stood_above, ambient, given)
     if not all_faults:
+        tree = check_values(tree, cls, where)
         all_faults += absent_due(cls, _present(tree, given), where, frozenset())
         all_faults += _ignored(tree, given, where)
-    if not all_faults:
-        check(tree, cls, where)
     if all_faults:
         raise InputError(all_faults)
-    return tree
+    return check(tree, cls, where)
 
 
 def _with_dots(cls: type, name: str) -> str:

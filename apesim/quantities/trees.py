@@ -19,6 +19,8 @@ from functools import lru_cache
 from math import isfinite
 from typing import Any, NamedTuple, TypeVar
 
+import numpy as np
+
 from apesim.quantities.declarations import AbsolutePressure, Declaration
 
 Tree = TypeVar("Tree", bound=Any)
@@ -404,3 +406,32 @@ def move_gauge_pressures(tree: Tree, before: float | None, after: float | None, 
             text = leaf.declaration.render(leaf.default, before)
             tree = with_value(tree, leaf.key, leaf.declaration.read(text, after))
     return tree
+
+
+def contents_of(value: Any) -> Any:
+    """Return what a tree holds, in a form that can be compared and hashed: NaN is NaN, and arrays are their numbers.
+
+    Parameters
+    ----------
+    value : object
+        Instance of a parameter class, or a value in one.
+
+    Returns
+    -------
+    object
+        Tuples with the class of each section, and plain values.
+
+    Examples
+    --------
+    >>> from typing import NamedTuple
+    >>> class Valve(NamedTuple):
+    ...     curve: np.ndarray
+    ...     pressure: float = float("nan")
+    >>> contents_of(Valve(np.zeros((2, 2)))) == contents_of(Valve(np.zeros((2, 2)), float("nan")))
+    True
+    """
+    if isinstance(value, tuple):
+        return (type(value), *map(contents_of, value))
+    if isinstance(value, np.ndarray):
+        return (value.shape, *map(contents_of, value.ravel().tolist()))
+    return "NaN" if isinstance(value, float) and value != value else value

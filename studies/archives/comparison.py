@@ -12,6 +12,7 @@ from apesim.march.error_bounds import MAX_TOLERANCE_CHANGE
 from apesim.quantities import Arguments, Quantity
 from apesim.results import Result, Scalar, needed
 from apesim.studies.archives.machines import differences_from
+from apesim.studies.calls import arguments_of, public
 
 if TYPE_CHECKING:
     import pandas
@@ -96,6 +97,7 @@ class ArchiveComparison(Result):
         return needed("pandas").DataFrame(self.differences, columns=Difference._fields)
 
 
+@public
 def compare_archives(
     path: str | PathLike[str],
     other: str | PathLike[str],
@@ -140,7 +142,7 @@ def compare_archives(
     >>> compared.is_same, compared["runs_compared"], [row.kind for row in compared.differences]
     (False, 1, ['run'])
     """
-    arguments = Arguments("compare_archives")
+    arguments = Arguments("compare_archives") if machine is None else arguments_of("compare_archives", machine)[0]
     arguments.quantity("rtol", rtol, TOLERANCE)
     arguments.quantity("atol", atol, TOLERANCE)
     arguments.refuse()

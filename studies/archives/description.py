@@ -10,6 +10,7 @@ from apesim.archive.inspection import info, verify
 from apesim.engine.machine import Machine
 from apesim.results import Result, Scalar, needed
 from apesim.studies.archives.machines import differences_from
+from apesim.studies.calls import arguments_of, public
 
 if TYPE_CHECKING:
     import pandas
@@ -138,6 +139,7 @@ class ArchiveVerification(Result):
         }
 
 
+@public
 def describe_archive(path: str | PathLike[str], *, machine: Machine | None = None) -> ArchiveDescription:
     """Tell what an archive holds and where it comes from, without reading its runs.
 
@@ -172,6 +174,8 @@ def describe_archive(path: str | PathLike[str], *, machine: Machine | None = Non
     >>> [row["key"] for row in described.machine_differences]
     ['valve.stroke']
     """
+    if machine is not None:
+        arguments_of("describe_archive", machine)
     contents = info(path)
     planned = contents["runs_planned"]
     gaps = sum(last - first + 1 for first, last in contents["missing_runs"])
@@ -191,6 +195,7 @@ def describe_archive(path: str | PathLike[str], *, machine: Machine | None = Non
     )
 
 
+@public
 def verify_archive(path: str | PathLike[str], *, machine: Machine | None = None) -> ArchiveVerification:
     """Check every checksum, unit and axis of an archive, and that no planned run is missing.
 
@@ -222,6 +227,8 @@ def verify_archive(path: str | PathLike[str], *, machine: Machine | None = None)
     >>> verified.is_whole, len(verified.content_sha256)
     (True, 64)
     """
+    if machine is not None:
+        arguments_of("verify_archive", machine)
     faults = verify(path)
     verified = ArchiveVerification(
         {"faults": Scalar(len(faults), "1", "faults found")},

@@ -10,9 +10,11 @@ from apesim.archive.completeness import gaps_in_words, missing_runs, runs_planne
 from apesim.archive.inspection import export
 from apesim.archive.merge import merge
 from apesim.studies.archive_result import ArchiveResult, result_of
+from apesim.studies.calls import public
 from apesim.studies.output import publish
 
 
+@public
 def merge_archives(
     paths: Sequence[str | PathLike[str]], out: str | PathLike[str], *, overwrite: bool = False
 ) -> ArchiveResult:
@@ -59,6 +61,7 @@ def merge_archives(
     return replace(result, warnings=(*result.warnings, warning))
 
 
+@public
 def export_archive(path: str | PathLike[str], out: str | PathLike[str]) -> list[Path]:
     """Write an archive as CSV, TOML and JSON files; floats read back to the same bits.
 

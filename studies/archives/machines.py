@@ -43,8 +43,7 @@ def differences_from(
     """
     if machine is None:
         return []
-    arguments_of(function, machine)
-    given = dumps(machine)
+    given = dumps(arguments_of(function, machine)[1])
     return [
         {"file": fspath(path), "key": row.name, "archive": row.a, "given": row.b}
         for path in paths

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from apesim.archive import Archive
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
+from apesim.quantities.arguments import WithUnit
 from apesim.studies.assessment.grid import FIXED, TIMINGS, assess_speeds, faults_of_assessment, undefined_ratios
 from apesim.studies.assessment.summary import points_of
-from apesim.studies.calls import arguments_of, call_text, computed
+from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.default_grids import SPEEDS
 from apesim.studies.grid_result import GridResult
 from apesim.studies.operating_conditions import SPEED, require_epv
@@ -100,10 +101,11 @@ class ValveAssessment(GridResult):
         return ax
 
 
+@public
 def assess_valve(
     machine: Machine,
     *,
-    speed: str | float | Sequence[str | float] = SPEEDS,
+    speed: WithUnit | Sequence[WithUnit] = SPEEDS,
     timing: str = FIXED,
     out: str | PathLike[str] | None = None,
     overwrite: bool = False,
@@ -116,8 +118,8 @@ def assess_valve(
     ----------
     machine : Machine
         Machine with an electro-pneumatic valve as its intake.
-    speed : str, float or sequence
-        Speeds: a range such as "300:2400:100 rpm", list, or [rad/s].
+    speed : str, (array, str) or sequence of them
+        Speeds with their unit: a range such as "300:2400:100 rpm", a list, or ``(array, "rpm")``.
     timing : {"fixed", "corrected"}
         Commands of the real valve: the machine's own, or those that meet its targets.
     out : path, optional
@@ -150,7 +152,7 @@ def assess_valve(
     0.0
     """
     call = call_text(assess_valve, locals()) if call is None else call
-    arguments = arguments_of("assess_valve", machine)
+    arguments, machine = arguments_of("assess_valve", machine)
     require_epv(arguments, machine)
     speeds = arguments.range("speed", speed, SPEED)
     if timing not in TIMINGS:

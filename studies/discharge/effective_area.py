@@ -13,8 +13,9 @@ import numpy as np
 from apesim.air import gas_of
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
+from apesim.quantities.arguments import Given
 from apesim.results import NotConverged, Result, Trace, scalars_of
-from apesim.studies.calls import arguments_of
+from apesim.studies.calls import arguments_of, public
 from apesim.studies.discharge.evaluation import HEADER, Discharge, discharge
 from apesim.studies.discharge.records import Record, read_tests
 from apesim.studies.discharge.summary import discharge_json
@@ -195,12 +196,13 @@ class EffectiveArea(Result):
         return ax
 
 
+@public
 def evaluate_discharge(
     machine: Machine,
     files: Sequence[str | PathLike[str]],
     *,
-    volume: str | float,
-    temperature: str | float | None = None,
+    volume: Given,
+    temperature: Given | None = None,
     isothermal: bool = False,
     out: str | PathLike[str] | None = None,
     overwrite: bool = False,
@@ -269,7 +271,7 @@ def evaluate_discharge(
     >>> area.traces["effective_area"].unit
     'm^2'
     """
-    arguments = arguments_of("evaluate_discharge", machine)
+    arguments, machine = arguments_of("evaluate_discharge", machine)
     ambient = machine.ambient
     volume = arguments.quantity("volume", volume, VOLUME)
     temperature = arguments.quantity("temperature", temperature, TEMPERATURE)

@@ -23,7 +23,7 @@ def open_measured(
     bench: str | None = None,
     faults: Iterable[tuple[str, str, str]] = (),
     **numbers: tuple[Any, Quantity],
-) -> tuple[Measured, dict[str, Any]]:
+) -> tuple[Machine, Measured, dict[str, Any]]:
     """Check the arguments of a public function, and read the measured data where a folder is given.
 
     Parameters
@@ -41,6 +41,8 @@ def open_measured(
 
     Returns
     -------
+    machine : Machine
+        Machine with floats for all its numbers.
     measured : Measured
         What the machine rules out is masked in it.
     given : dict
@@ -56,17 +58,17 @@ def open_measured(
     >>> from apesim.quantities import Quantity
     >>> measured = Measured("", {}, (), "valve", 101325.0)
     >>> share = Quantity("", 0, 1, "a call")
-    >>> _, given = open_measured("explain", Machine(), measured, bench="valve", tolerance=(0.1, share))
+    >>> *_, given = open_measured("explain", Machine(), measured, bench="valve", tolerance=(0.1, share))
     >>> given
     {'tolerance': 0.1}
     """
-    arguments = arguments_of(function, machine)
+    arguments, machine = arguments_of(function, machine)
     given = {name: arguments.quantity(name, value, declared) for name, (value, declared) in numbers.items()}
     for fault in faults:
         arguments.fault(*fault)
     arguments.refuse()
     if not isinstance(measured, Measured):
-        return mask_impossible(machine, read_measured(measured, machine.ambient.pressure, bench)), given
+        return machine, mask_impossible(machine, read_measured(measured, machine.ambient.pressure, bench)), given
     if not isnan(measured.ambient_pressure) and not isclose(measured.ambient_pressure, machine.ambient.pressure):
         wrong = f"was read with gauge pressures above {measured.ambient_pressure:g} Pa"
         right = f"read it with ambient_pressure={machine.ambient.pressure!r}, as the machine has it"
@@ -74,4 +76,4 @@ def open_measured(
     if bench and measured.bench != bench:
         wrong, right = f"is of a bench of the {measured.bench}", f"give data of a bench of the {bench}"
         raise InputError([Fault(f"{function}()", "measured", wrong, right)])
-    return mask_impossible(machine, measured), given
+    return machine, mask_impossible(machine, measured), given

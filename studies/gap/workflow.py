@@ -12,6 +12,7 @@ from os import PathLike
 
 from apesim.engine.machine import Machine
 from apesim.quantities import Quantity
+from apesim.studies.calls import public
 from apesim.studies.estimation.arguments import Tell, open_measured
 from apesim.studies.estimation.scatter import Scatter, list_odd_repeats
 from apesim.studies.execution.pool import Team
@@ -50,6 +51,7 @@ from apesim.studies.operating_conditions import JOBS
 SIZE = Quantity("", 0, 1000, "a call")
 
 
+@public
 def explain(
     machine: Machine,
     measured: Measured | str | PathLike[str],
@@ -100,7 +102,7 @@ def explain(
     ('NAMED', ('side_force',))
     """
     start = time.perf_counter()
-    measured, numbers = open_measured(
+    machine, measured, numbers = open_measured(
         "explain",
         machine,
         measured,

@@ -13,6 +13,7 @@ import numpy as np
 from apesim.engine.machine import Machine
 from apesim.quantities import Choice, Fault, InputError, Quantity
 from apesim.results import Result, Scalar
+from apesim.studies.calls import public
 from apesim.studies.estimation.arguments import Tell, open_measured
 from apesim.studies.identify.fit import Identified, identify
 from apesim.studies.identify.free import LEAST_SQUARES, METHODS, free_parameters, si_unit
@@ -198,6 +199,7 @@ class Fit(Result):
         }
 
 
+@public
 def fit(
     measured: Measured | str | PathLike[str],
     free: Sequence[str],
@@ -250,7 +252,7 @@ def fit(
     """
     machine = Machine() if machine is None else machine
     faults = [] if method in METHODS else [("method", f"{method!r} is none", f"write {' or '.join(METHODS)}")]
-    measured, _ = open_measured("fit", machine, measured, bench=VALVE, faults=faults)
+    machine, measured, _ = open_measured("fit", machine, measured, bench=VALVE, faults=faults)
     released = free_parameters(machine, free, method, ("fit()", "free"))
     start = time.perf_counter()
     doubts = refuse_faults(machine, measured, [one.key for one in released])

@@ -12,8 +12,9 @@ from apesim.archive import Archive
 from apesim.archive.columns import values_of
 from apesim.engine.angles import DEGREE
 from apesim.engine.machine import Machine
+from apesim.quantities.arguments import Given, WithUnit
 from apesim.results import Scalar
-from apesim.studies.calls import arguments_of, call_text, computed
+from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.default_grids import DURATIONS
 from apesim.studies.grid_result import GridResult
 from apesim.studies.limit.design_rule import RPM
@@ -134,13 +135,14 @@ class EngineLimitMap(GridResult):
         return ax
 
 
+@public
 def find_engine_limit(
     machine: Machine,
     *,
-    pressure: str | float | Sequence[str | float] | None = None,
-    control_pressure: str | float | Sequence[str | float] | None = None,
-    temperature: str | float | Sequence[str | float] | None = None,
-    duration: str | float | Sequence[str | float] = DURATIONS,
+    pressure: Given | Sequence[Given] | None = None,
+    control_pressure: Given | Sequence[Given] | None = None,
+    temperature: Given | Sequence[Given] | None = None,
+    duration: WithUnit | Sequence[WithUnit] = DURATIONS,
     out: str | PathLike[str] | None = None,
     jobs: int | None = 1,
     overwrite: bool = False,
@@ -161,8 +163,8 @@ def find_engine_limit(
         out.
     temperature : str, float or sequence, optional
         Of the supply, e.g. "250 K, 287 K", or [K]; 250 K, the machine's own and 322 K if left out.
-    duration : str, float or sequence
-        From the target opening to the target closing, e.g. "60 deg, 75 deg", or [rad].
+    duration : str, (array, str) or sequence of them
+        From the target opening to the target closing, with the unit: "60 deg, 75 deg" or ``([60, 75], "deg")``.
     out : path, optional
         The archive to write.
     jobs : int or None
@@ -197,7 +199,7 @@ def find_engine_limit(
     (1, ())
     """
     call = call_text(find_engine_limit, locals()) if call is None else call
-    arguments = arguments_of("find_engine_limit", machine)
+    arguments, machine = arguments_of("find_engine_limit", machine)
     require_epv(arguments, machine)
     supplies = read_supplies(arguments, machine, pressure, control_pressure, temperature)
     durations = arguments.range("duration", duration, DURATION)

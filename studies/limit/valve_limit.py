@@ -15,10 +15,11 @@ from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
+from apesim.quantities.arguments import Given
 from apesim.quantities.settings import dumps
 from apesim.results import Scalar
 from apesim.studies.archive_result import ArchiveResult
-from apesim.studies.calls import arguments_of, call_text, computed
+from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.limit.design_rule import WITHIN, rule_columns
 from apesim.studies.limit.points import lowest_run, own_run, point_column, with_own
@@ -343,12 +344,13 @@ class ValveLimit(ArchiveResult):
         return plot_over_pressure(self, name, ax)
 
 
+@public
 def find_valve_limit(
     machine: Machine,
     *,
-    pressure: str | float | Iterable[str | float] = PRESSURES,
-    temperature: str | float | Iterable[str | float] = LIMIT_TEMPERATURES,
-    duty: str | float | Iterable[str | float] = DUTIES,
+    pressure: Given | Iterable[Given] = PRESSURES,
+    temperature: Given | Iterable[Given] = LIMIT_TEMPERATURES,
+    duty: Given | Iterable[Given] = DUTIES,
     out: str | PathLike[str] | None = None,
     jobs: int | None = 1,
     overwrite: bool = False,
@@ -398,7 +400,7 @@ def find_valve_limit(
     (2, '73.9 Hz')
     """
     call = call_text(find_valve_limit, locals()) if call is None else call
-    arguments = arguments_of("find_valve_limit", machine)
+    arguments, machine = arguments_of("find_valve_limit", machine)
     pressures = arguments.range("pressure", pressure, PRESSURE)
     temperatures = arguments.range("temperature", temperature, TEMPERATURE)
     duties = arguments.range("duty", duty, DUTY)

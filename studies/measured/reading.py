@@ -11,10 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from apesim.air import Ambient
 from apesim.engine.known_to import KNOWN_TO
 from apesim.engine.machine import Machine, window_fault
-from apesim.quantities import Fault, InputError, InvalidValue, make_fault, quoted
+from apesim.quantities import Arguments, Fault, InputError, InvalidValue, make_fault, quoted
+from apesim.quantities.arguments import Given
 from apesim.quantities.files import path_below, require_file
+from apesim.quantities.trees import fields
+from apesim.studies.calls import public
 from apesim.studies.measured.columns import TIME, read_columns
 from apesim.studies.measured.dialect import Dialect, find_unknown_keys, merge_tables
 from apesim.studies.measured.folder_file import (
@@ -68,15 +72,16 @@ MAX_TURNED = -0.5
 is 1, or -1 if turned; noise and drifts only bring it nearer to 0."""
 
 
+@public
 def read_measured(
-    folder: str | PathLike[str], ambient_pressure: float = STANDARD_AMBIENT, bench: str | None = None
+    folder: str | PathLike[str], ambient_pressure: Given = STANDARD_AMBIENT, bench: str | None = None
 ) -> Measured:
     """Read a folder of measured data.
 
     Parameters
     ----------
     folder : path
-    ambient_pressure : float
+    ambient_pressure : str, (float, str) or float
         Pressure that gauge pressures stand above [Pa abs]; the default machine's if left out.
     bench : {"valve", "engine", "cylinder"}, optional
         The only one that is of use.
@@ -107,6 +112,11 @@ def read_measured(
     >>> str(measured.bench), [measured_run.data for measured_run in measured.runs]
     ('valve', ['a.csv'])
     """
+    arguments = Arguments("read_measured")
+    ambient_pressure = arguments.quantity("ambient_pressure", ambient_pressure, fields(Ambient)["pressure"])
+    if bench is not None and bench not in BENCHES:
+        arguments.fault("bench", f"{quoted(bench)} is no bench known here", f"write {' or '.join(BENCHES)}")
+    arguments.refuse()
     path = Path(folder) / FILE
     data = load_folder_file(path)
     all_faults: list[Fault] = []

@@ -10,8 +10,9 @@ from apesim.archive import Archive
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.quantities import Arguments, Choice, InputError
+from apesim.quantities.arguments import WithUnit
 from apesim.results import Scalar
-from apesim.studies.calls import arguments_of, call_text, computed
+from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.default_grids import OPTIMUM_SPEEDS
 from apesim.studies.grid_result import GridResult
 from apesim.studies.identify.free import free_parameters
@@ -120,11 +121,12 @@ class OptimalCommands(GridResult):
         return ax
 
 
+@public
 def optimise_commands(
     machine: Machine,
     *,
     goal: str = "both",
-    speed: str | float | Sequence[str | float] = OPTIMUM_SPEEDS,
+    speed: WithUnit | Sequence[WithUnit] = OPTIMUM_SPEEDS,
     free: str | None = None,
     out: str | PathLike[str] | None = None,
     jobs: int | None = 1,
@@ -140,8 +142,8 @@ def optimise_commands(
         Machine with an electro-pneumatic valve as its intake.
     goal : {"torque", "air", "both"}
         Goal of the search; both: the Pareto front, too.
-    speed : str, float or sequence
-        Speeds: a range such as "600:1800:300 rpm", list, or [rad/s].
+    speed : str, (array, str) or sequence of them
+        Speeds with their unit: a range such as "600:1800:300 rpm", a list, or ``(array, "rpm")``.
     free : str, optional
         "supply.pressure=0.5 MPa gauge:1.5 MPa gauge" sets the supply pressure free, too.
     out : path, optional
@@ -176,7 +178,7 @@ def optimise_commands(
     True
     """
     call = call_text(optimise_commands, locals()) if call is None else call
-    arguments = arguments_of("optimise_commands", machine)
+    arguments, machine = arguments_of("optimise_commands", machine)
     require_epv(arguments, machine)
     number = arguments.quantity("goal", goal, Choice(GOALS, "command line"))
     speeds = arguments.range("speed", speed, SPEED)

@@ -16,7 +16,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities import Choice, Fault, InputError, parse_range
 from apesim.quantities.settings import dumps
 from apesim.results import Result, scalars_of
-from apesim.studies.calls import arguments_of, call_text
+from apesim.studies.calls import arguments_of, call_text, public
 from apesim.studies.console import Console, plain
 from apesim.studies.discharge import Discharge, Vessel, discharge
 from apesim.studies.execution.own_thread import call_in_thread
@@ -147,6 +147,7 @@ class PaperRepetition(Result):
         }
 
 
+@public
 def repeat_paper(
     machine: Machine,
     *,
@@ -185,7 +186,7 @@ def repeat_paper(
     >>> paper["reproduced"], paper.write("paper")["page"]  # doctest: +SKIP
     """
     call = call_text(repeat_paper, locals()) if call is None else call
-    arguments = arguments_of("repeat_paper", machine)
+    arguments, machine = arguments_of("repeat_paper", machine)
     chosen = arguments.quantity("scope", scope, SCOPE)
     arguments.refuse()
     call_in_thread(run_bench, machine, PULSE).result()

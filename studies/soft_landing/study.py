@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from apesim.archive import Archive
 from apesim.engine.machine import Machine
 from apesim.quantities import Choice
-from apesim.studies.calls import arguments_of, call_text, computed
+from apesim.quantities.arguments import Given
+from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.default_grids import LANDING_SHARES, PULSE, pressures_around
 from apesim.studies.grid_result import GridResult
 from apesim.studies.operating_conditions import PRESSURE, SHORT_TIME, TEMPERATURE, TIME
@@ -128,15 +129,16 @@ class SoftLanding(GridResult):
         return ax
 
 
+@public
 def find_soft_landing(
     machine: Machine,
     *,
-    pressure: str | float | Sequence[str | float] | None = None,
-    temperature: str | float | None = None,
-    cost: str | float = "1 ms",
-    spacing: str | float | None = None,
+    pressure: Given | Sequence[Given] | None = None,
+    temperature: Given | None = None,
+    cost: Given = "1 ms",
+    spacing: Given | None = None,
     solenoids: str = ANY,
-    pulse: str | float = PULSE,
+    pulse: Given = PULSE,
     out: str | PathLike[str] | None = None,
     overwrite: bool = False,
     progress: Progress = False,
@@ -193,7 +195,7 @@ def find_soft_landing(
     ['opening', 'closing']
     """
     call = call_text(find_soft_landing, locals()) if call is None else call
-    arguments = arguments_of("find_soft_landing", machine)
+    arguments, machine = arguments_of("find_soft_landing", machine)
     choice = Choice((*SOLENOIDS, ANY), "command line")
     around = pressures_around(machine, machine.supply.control().pressure, LANDING_SHARES)
     pressures = around if pressure is None else arguments.range("pressure", pressure, PRESSURE)

@@ -16,10 +16,11 @@ from apesim.archive.grid import axes_of, grid_dataset
 from apesim.engine.cylinder import EPV, INTAKES
 from apesim.engine.machine import Machine
 from apesim.quantities import Arguments, Choice, InputError, parse_range
+from apesim.quantities.arguments import WithUnit
 from apesim.quantities.settings import differences
 from apesim.results import Scalar, name_of
 from apesim.studies.archive_result import ArchiveResult
-from apesim.studies.calls import arguments_of, call_text
+from apesim.studies.calls import arguments_of, call_text, public
 from apesim.studies.execution.cluster import connected
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.operating_conditions import JOBS, SPEED
@@ -154,9 +155,10 @@ class Sweep(ArchiveResult):
         return ax
 
 
+@public
 def sweep(
     machine: Machine,
-    speed: str | float | Iterable[str | float] = SPEEDS,
+    speed: WithUnit | Iterable[WithUnit] = SPEEDS,
     *,
     intake: str | Iterable[str] = INTAKES,
     timing: str = "both",
@@ -177,8 +179,8 @@ def sweep(
     ----------
     machine : Machine
         Machine to run.
-    speed : str, float or sequence of them
-        Speeds, e.g. "300:2400:100 rpm", or [rad/s].
+    speed : str, (array, str) or sequence of them
+        Speeds with their unit: a range such as "300:2400:100 rpm", a list, or ``(array, "rpm")``.
     intake : str or sequence of str
         What opens the intake: one or more of "epv", "cam" and "ideal".
     timing : {"fixed", "corrected", "both"}
@@ -228,7 +230,7 @@ def sweep(
     <Trace [N m] over 1 run, 40.533 to 40.533>
     """
     call = call_text(sweep, locals()) if call is None else call
-    arguments = arguments_of("sweep", machine)
+    arguments, machine = arguments_of("sweep", machine)
     speeds = _once(arguments, "speed", arguments.range("speed", speed, SPEED), lambda value: f"{rpm(value):g} r/min")
     intakes = _once(arguments, "intake", arguments.range("intake", intake, INTAKE), INTAKES.__getitem__)
     timings = _timings(arguments, timing, intakes)

@@ -118,6 +118,10 @@ def vary_machine(machine: Machine, ranges: Mapping[str, Any] | Sequence[str], wh
     [0.08, 0.09]
     """
     pairs = list(ranges.items()) if isinstance(ranges, Mapping) else _pairs(ranges)
+    strange = [key for key, _ in pairs if not isinstance(key, str)]
+    if strange:
+        right = 'write e.g. {"supply.pressure": "0.6:1.4:0.2 MPa gauge"}'
+        raise InputError([Fault(where, "", f"{quoted(key)} is no key", right) for key in strange])
     keys = [*(leaf.key for leaf in schema(type(machine))), *spellings(type(machine))]
     by_underscores = {key.replace(".", "_"): key for key in keys}
     pairs = [(by_underscores.get(key, key), values) for key, values in pairs]
@@ -126,7 +130,10 @@ def vary_machine(machine: Machine, ranges: Mapping[str, Any] | Sequence[str], wh
 
 def _pairs(texts: Sequence[str]) -> list[tuple[str, Any]]:
     """Keys and ranges of texts ``KEY=RANGE``; a text without a range has None."""
-    split = [text.partition("=") for text in ([texts] if isinstance(texts, str) else texts)]
+    split = [
+        text.partition("=") if isinstance(text, str) else (text, "", "")
+        for text in ([texts] if isinstance(texts, str) else texts)
+    ]
     return [(key.strip(), values.strip()) if equals else (key, None) for key, equals, values in split]
 
 

@@ -10,7 +10,8 @@ from apesim.archive import Archive
 from apesim.engine.angles import DEGREE
 from apesim.engine.machine import Machine
 from apesim.quantities import Arguments
-from apesim.studies.calls import arguments_of, call_text, computed
+from apesim.quantities.arguments import Given, WithUnit
+from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.default_grids import TIMING_SPEEDS
 from apesim.studies.grid_result import GridResult
 from apesim.studies.operating_conditions import ANGLE, JOBS, SPEED, find_pressure_axis, read_supplies, require_epv
@@ -146,14 +147,15 @@ class CorrectedTiming(GridResult):
         return ax
 
 
+@public
 def correct_timing(
     machine: Machine,
     *,
-    target: str | Sequence[float] | None = None,
-    speed: str | float | Sequence[str | float] = TIMING_SPEEDS,
-    pressure: str | float | Sequence[str | float] | None = None,
-    control_pressure: str | float | Sequence[str | float] | None = None,
-    temperature: str | float | Sequence[str | float] | None = None,
+    target: WithUnit | Sequence[WithUnit] | None = None,
+    speed: WithUnit | Sequence[WithUnit] = TIMING_SPEEDS,
+    pressure: Given | Sequence[Given] | None = None,
+    control_pressure: Given | Sequence[Given] | None = None,
+    temperature: Given | Sequence[Given] | None = None,
     out: str | PathLike[str] | None = None,
     jobs: int | None = 1,
     overwrite: bool = False,
@@ -166,10 +168,11 @@ def correct_timing(
     ----------
     machine : Machine
         Machine with an electro-pneumatic valve as its intake.
-    target : str or pair of float, optional
-        Crank angles of opening and closing, e.g. "-5 deg, 70 deg", or [rad]; the machine's own if left out.
-    speed : str, float or sequence
-        Speeds: a range such as "300:2400:150 rpm", a list, or [rad/s].
+    target : str, (pair of float, str) or pair of str, optional
+        Crank angles of opening and closing with their unit, "-5 deg, 70 deg" or ``((-5, 70), "deg")``; the machine's
+        own if left out.
+    speed : str, (array, str) or sequence of them
+        Speeds with their unit: a range such as "300:2400:150 rpm", a list, or ``(array, "rpm")``.
     pressure : str, float or sequence, optional
         Pressures of the supply, e.g. "0.6:1.4:0.4 MPa gauge", or [Pa abs]; if left out, 0.6, 1 and 1.4 times the
         machine's own gauge pressure. A control pressure that the machine states stays.
@@ -215,7 +218,7 @@ def correct_timing(
     'deg'
     """
     call = call_text(correct_timing, locals()) if call is None else call
-    arguments = arguments_of("correct_timing", machine)
+    arguments, machine = arguments_of("correct_timing", machine)
     require_epv(arguments, machine)
     machine = _with_targets(arguments, machine, target)
     speeds = arguments.range("speed", speed, SPEED)
@@ -239,8 +242,8 @@ def correct_timing(
     return CorrectedTiming.of(archive, wall_time, ambient_pressure=machine.ambient.pressure, map=timing_map)
 
 
-def _with_targets(arguments: Arguments, machine: Machine, target: str | Sequence[float] | None) -> Machine:
-    """Give a machine other targets, two angles in a text or [rad]; wrong ones are noted and change nothing."""
+def _with_targets(arguments: Arguments, machine: Machine, target: WithUnit | Sequence[WithUnit] | None) -> Machine:
+    """Give a machine other targets, two angles with their unit; wrong ones are noted and change nothing."""
     if target is None:
         return machine
     noted = len(arguments.faults)

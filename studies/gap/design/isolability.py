@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from apesim.engine.machine import Machine
+from apesim.studies.calls import public
 from apesim.studies.estimation.arguments import Tell, open_measured
 from apesim.studies.estimation.calibration import uncalibrated
 from apesim.studies.estimation.levenberg_marquardt import Fitted
@@ -142,6 +143,7 @@ def format_prior(prior: dict[str, Any]) -> tuple[str, str, str, str]:
     return prior["key"], value, prior["known_to"], why
 
 
+@public
 def find_isolability(
     machine: Machine,
     measured: Measured | str | PathLike[str],
@@ -183,7 +185,7 @@ def find_isolability(
     ['coulomb_friction', 'side_force']
     """
     start = time.perf_counter()
-    measured, _ = open_measured("find_isolability", machine, measured, faults=find_faults(without, machine))
+    machine, measured, _ = open_measured("find_isolability", machine, measured, faults=find_faults(without, machine))
     check_roles(measured)
     warnings = refuse_faults(None, measured)
     rows, noise, more = _isolability(machine, measured, without, Work(tell=progress))

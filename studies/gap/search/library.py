@@ -11,7 +11,7 @@ from apesim.engine.machine import Machine
 from apesim.engine.outside_machine import outside_effects_of
 from apesim.quantities.settings import schema
 from apesim.results import needed
-from apesim.studies.calls import arguments_of
+from apesim.studies.calls import arguments_of, public
 from apesim.studies.measured import CYLINDER, VALVE, Bench
 from apesim.valve.effects import VALVE_EFFECTS, VALVE_LIBRARY
 from apesim.valve.rig import shows_on_rig
@@ -146,6 +146,7 @@ class EffectLibrary(Mapping[str, EffectEntry]):
         return needed("pandas").DataFrame(rows).set_index(["effect", "parameter"])
 
 
+@public
 def list_effects(machine: Machine | None = None) -> EffectLibrary:
     """List the library of effects: each with its parameters, equation, source and the experiment that isolates it.
 
@@ -172,7 +173,7 @@ def list_effects(machine: Machine | None = None) -> EffectLibrary:
     ('valve', ['area'])
     """
     if machine is not None:
-        arguments_of("list_effects", machine)
+        _, machine = arguments_of("list_effects", machine)
     files = {outside.name: outside.path.name for outside in outside_effects_of(machine)} if machine else {}
     shown = {bench: select_effects(bench, machine=machine) for bench in Bench}
     return EffectLibrary(
