@@ -1,7 +1,7 @@
 """Results of studies that leave an archive: whatever was run, its variables are at hand by name."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import nan
 from os import PathLike
 from pathlib import Path
@@ -11,6 +11,7 @@ import numpy as np
 
 from apesim.archive import Archive
 from apesim.archive.grid import words_of
+from apesim.quantities import InputError
 from apesim.results import Result, Scalar, Trace, name_of
 from apesim.studies.calls import public
 
@@ -89,6 +90,11 @@ class ArchiveResult(Result):
     def _holds(cls, archive: Archive) -> bool:
         """Judge whether an archive is one of this kind."""
         return True
+
+    @classmethod
+    def _recorded(cls, archive: Archive) -> dict[str, Any]:
+        """Find the further attributes of the result in the archive."""
+        return {}
 
     @classmethod
     def _faults_of(cls, archive: Archive) -> Iterable[str]:
@@ -223,7 +229,8 @@ def read_archive(path: str | PathLike[str]) -> ArchiveResult:
     Returns
     -------
     ArchiveResult
-        A `Sweep`, `ValveMap` or `ValveLimit` where it is one.
+        Result of the class that was written, such as `Sweep`, with all that it can; a bare one, whose warning says why,
+        where it cannot be read as that.
 
     Raises
     ------
@@ -256,7 +263,7 @@ def result_of(archive: Archive) -> ArchiveResult:
     Returns
     -------
     ArchiveResult
-        A `Sweep`, `ValveMap` or `ValveLimit` where it is one.
+        Result of one of `result_kinds`; a bare one where it is none of them, or cannot be read as one.
 
     Examples
     --------
@@ -265,9 +272,39 @@ def result_of(archive: Archive) -> ArchiveResult:
     >>> result_of(Archive("", {}, {"run": run_axis(2), "torque": torque})).traces["torque"]
     <Trace [N m] over 2 run, 2.5 to 3>
     """
+    kind = next((kind for kind in result_kinds() if kind._holds(archive)), ArchiveResult)
+    try:
+        return kind.of(archive, **kind._recorded(archive))
+    except (KeyError, ValueError, IndexError, TypeError, InputError) as error:  # whoever wrote it
+        why = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        warning = f"not read as what it seems to be, {kind.title}, as something is missing or odd in it: {why}"
+        plain = ArchiveResult.of(archive)
+        return replace(plain, warnings=(*plain.warnings, warning))
+
+
+def result_kinds() -> tuple[type[ArchiveResult], ...]:
+    """List the classes of results that archives are written from: each knows its own, and how it is read, drawn, told.
+
+    Returns
+    -------
+    tuple of type
+        Classes with ``_holds``, which judges whether an archive is one of theirs; a new kind is one more entry.
+
+    Examples
+    --------
+    >>> [kind.__name__ for kind in result_kinds()][:3]
+    ['Sweep', 'ValveMap', 'ValveLimit']
+    """
+    from apesim.studies.assessment.comparison import ValveAssessment
+    from apesim.studies.limit.engine_limit_map import EngineLimitMap
     from apesim.studies.limit.valve_limit import ValveLimit
+    from apesim.studies.optimise.optimisation import OptimalCommands
+    from apesim.studies.soft_landing.study import SoftLanding
     from apesim.studies.sweep.study import Sweep
+    from apesim.studies.timing.correction import CorrectedTiming
     from apesim.studies.valve_map import ValveMap
 
-    kind = next(kind for kind in (Sweep, ValveMap, ValveLimit, ArchiveResult) if kind._holds(archive))
-    return kind.of(archive)
+    return (
+        *(Sweep, ValveMap, ValveLimit),
+        *(EngineLimitMap, CorrectedTiming, OptimalCommands, ValveAssessment, SoftLanding),
+    )

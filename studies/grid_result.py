@@ -13,6 +13,7 @@ from apesim.archive import Archive, Variable
 from apesim.archive.grid import words_of
 from apesim.results import Result, Trace, name_of
 from apesim.studies.archive_result import ArchiveResult
+from apesim.studies.archives.machines import read_recorded_machine
 
 if TYPE_CHECKING:
     import xarray
@@ -37,6 +38,11 @@ class GridResult(ArchiveResult):
     def _axes_of(cls, archive: Archive) -> tuple[str, ...]:
         """Name the variables over the runs that span the grid of an archive."""
         return cls.axes
+
+    @classmethod
+    def _recorded(cls, archive: Archive) -> dict[str, Any]:
+        """Find the ambient pressure in the text of the machine."""
+        return {"ambient_pressure": read_recorded_machine(archive.machine).ambient.pressure}
 
     @classmethod
     def _conditions_of(cls, archive: Archive) -> Mapping[str, str]:

@@ -233,7 +233,9 @@ def grid_conditions(archive: Archive) -> dict[str, str]:
     return {"pressure": f"{low} to {high} MPa abs", "temperature": f"{cold} to {hot} K"}
 
 
-def plot_over_pressure(result: ArchiveResult, name: str, ax: "Axes | None" = None) -> "Axes":
+def plot_over_pressure(
+    result: ArchiveResult, name: str, ax: "Axes | None" = None, groups: Mapping[str, np.ndarray] | None = None
+) -> "Axes":
     """Draw a variable over the control pressure, a line for each temperature.
 
     Parameters
@@ -244,6 +246,8 @@ def plot_over_pressure(result: ArchiveResult, name: str, ax: "Axes | None" = Non
         Name of a trace, e.g. "opening_delay".
     ax : matplotlib.axes.Axes, optional
         Axes to draw on; those of a new figure if left out.
+    groups : mapping of str to int array, optional
+        Runs of each line, by its label, where the temperature alone does not tell them apart.
 
     Returns
     -------
@@ -265,10 +269,10 @@ def plot_over_pressure(result: ArchiveResult, name: str, ax: "Axes | None" = Non
 
     ax, trace = axes_for(ax), result.traces[name]
     pressures, temperatures = (result.traces[f"supply_{axis}"].values for axis in ("pressure", "temperature"))
-    for temperature in np.unique(temperatures):
-        runs = np.flatnonzero(temperatures == temperature)
+    groups = groups or {f"{each:g} K": np.flatnonzero(temperatures == each) for each in np.unique(temperatures)}
+    for label, runs in groups.items():
         runs = runs[np.argsort(pressures[runs], kind="stable")]
-        ax.plot(pressures[runs] / 1e6, trace[runs], marker="o", ms=3, label=f"{temperature:g} K")
+        ax.plot(pressures[runs] / 1e6, trace[runs], marker="o", ms=3, label=label)
     unit = "" if trace.unit == "1" else f" [{trace.unit}]"
     ax.set(xlabel="control pressure [MPa abs]", ylabel=f"{name.replace('_', ' ')}{unit}", title=result.title)
     add_legend(ax)

@@ -3,7 +3,6 @@
 import numpy as np
 
 import apesim
-from apesim.engine.angles import DEGREE
 from docs.results import Number, Table
 from docs.results._figures import keep
 
@@ -46,7 +45,7 @@ def _at_torque(machine, front, torque):
     angles = (np.interp(torque, torques, [point[f"{edge}_deg"] for point in front]) for edge in ("energise", "release"))
     energise, release = (float(angle) for angle in angles)
     run = apesim.run_engine(
-        machine.with_(command_energise=energise * DEGREE, command_release=release * DEGREE), speed="1000 rpm"
+        machine.with_(command_energise=(energise, "deg"), command_release=(release, "deg")), speed="1000 rpm"
     )
     data = run.to_dict()
     return {"energise_deg": energise, "release_deg": release, **data}

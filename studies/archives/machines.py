@@ -1,13 +1,20 @@
-"""Machines that archives were made with, beside one that is given."""
+"""Machines that archives were made with: read from their texts, and beside one that is given."""
 
 from collections.abc import Iterable
 from os import PathLike, fspath
+from typing import Any
 
 from apesim.archive import read_about
 from apesim.archive.comparison import machine_differences
+from apesim.engine.effects import Effects
 from apesim.engine.machine import Machine
-from apesim.quantities.settings import dumps
+from apesim.quantities import Curve, Fault, InputError
+from apesim.quantities.settings import dumps, read, schema
+from apesim.quantities.toml_text import parse_toml
 from apesim.studies.calls import arguments_of
+
+WHERE = "machine of the archive"
+"""What faults in the text of an archive's machine name as their file."""
 
 
 def differences_from(
@@ -49,3 +56,44 @@ def differences_from(
         for path in paths
         for row in machine_differences(read_about(path)[0], given)
     ]
+
+
+def read_recorded_machine(text: str) -> Machine:
+    r"""Read the machine of an archive from its text, without effects from outside: an archive makes no code run.
+
+    Parameters
+    ----------
+    text : str
+        TOML text of the machine, as an archive holds it.
+
+    Returns
+    -------
+    Machine
+        Machine of the class `Machine`.
+
+    Raises
+    ------
+    InputError
+        The text is none of a machine, or names a file: what is in an archive opens none.
+
+    Examples
+    --------
+    >>> read_recorded_machine('[engine]\nbore = "90 mm"').engine.bore
+    0.09
+    """
+    data = parse_toml(WHERE, text, 'bore = "85 mm"')
+    effects = data.get("effects")
+    if isinstance(effects, dict):
+        data["effects"] = {name: table for name, table in effects.items() if name in Effects._fields}
+    curves = [leaf.key for leaf in schema(Machine) if isinstance(leaf.declaration, Curve)]
+    named = [key for key in curves if _names_file(data, key)]
+    if named:
+        raise InputError([Fault(WHERE, key, "names a file", "write the curve itself") for key in named])
+    return read(Machine, data, WHERE)
+
+
+def _names_file(data: Any, key: str) -> bool:
+    """Whether a key of nested tables holds a text that is not empty."""
+    for name in key.split("."):
+        data = data.get(name) if isinstance(data, dict) else None
+    return isinstance(data, str) and bool(data)

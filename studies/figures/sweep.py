@@ -2,8 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import product
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,17 +15,20 @@ from apesim.archive import Archive
 from apesim.archive.grid import axes_of, places_of
 from apesim.studies.figures.drawing.conditions import conditions_of
 from apesim.studies.figures.drawing.files import write_figures
+from apesim.studies.figures.drawing.lines import STYLES
 from apesim.studies.figures.drawing.panels import (
     MAX_SPECIFIC_AIR,
     add_figure_legend,
     add_legend_entry,
     draw_zero,
     label_axes,
+    legend_handle,
     named,
     open_column,
     open_row,
+    spread_out,
 )
-from apesim.studies.figures.drawing.style import BLUE, GREY, RED, Look, spaced
+from apesim.studies.figures.drawing.style import BLUE, GREY, RED, Look, colours_of, spaced
 from apesim.studies.sweep.plan import in_one_unit
 from apesim.studies.sweep.results import has_incomplete_stroke
 
@@ -37,6 +42,8 @@ HOLLOW: Look = {"ls": "", "ms": 5, "mfc": "white"}
 """Look of points at which the valve does not open fully and close fully in every cycle."""
 TRACE_START = -90.0
 """Crank angle at which a cycle is drawn from [deg]: before all intakes open, so that none is cut in two."""
+MAX_LINES = 12
+"""Lines that one pair of axes holds at most: four actuations at three pressures can still be told apart."""
 OUTER = ("actuation", "speed_rpm")
 """Axes of every sweep; those between them are what was varied."""
 
@@ -127,6 +134,75 @@ def runs_of(archive: Archive, actuation: str, along: str = "speed_rpm") -> np.nd
             selected &= places == (len(texts) - 1) // 2
     runs = np.flatnonzero(selected)
     return runs[np.argsort(archive.variables[along].values[runs], kind="stable")] if along in OUTER else runs
+
+
+def draw_over_speed(axis: Axes, archive: Archive, values: np.ndarray, **legend: Any) -> str:
+    """Draw a variable over speed: a line for each actuation and for each combination of the keys that were varied.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    archive : Archive
+    values : (n,) array
+        The variable, over the runs.
+    **legend
+        What `matplotlib.axes.Axes.legend` takes, for where it stands.
+
+    Returns
+    -------
+    str
+        What the lines have in common, and how many are left out, in words; "" if there is nothing to say.
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column, run_axis
+    >>> axes = {"axes": '{"actuation": ["cam"], "bore": ["80 mm", "90 mm"], "speed_rpm": ["600 rpm", "900 rpm"]}'}
+    >>> speed, bore = [600.0, 900.0, 600.0, 900.0], [0.08, 0.08, 0.09, 0.09]
+    >>> variables = {"run": run_axis(4), "actuation": column(4 * [0], "1", "actuation")}
+    >>> variables |= {"speed_rpm": column(speed, "r/min", "speed"), "bore": column(bore, "m", "bore")}
+    >>> _, (axis, _) = open_row(2)
+    >>> draw_over_speed(axis, Archive("", axes, variables), np.array([3.0, 2.0, 4.0, 3.0]))
+    'cam'
+    >>> [line.get_label() for line in axis.lines]
+    ['bore 80 mm', 'bore 90 mm']
+    """
+    texts, actuations = axes_of(archive), actuations_in(archive)
+    places = dict(zip(texts, places_of(archive), strict=True))
+    keys = [name for name in texts if name not in OUTER]
+    several = [name for name in keys if len(texts[name]) > 1]
+    # As many of the values as can be told apart.
+    combinations = list(product(*(range(len(texts[name])) for name in several)))
+    shown = [combinations[number] for number in spread_out(len(combinations), max(1, MAX_LINES // len(actuations)))]
+    names = [_told(texts, dict(zip(several, combination, strict=True))) for combination in shown]
+    # Colours tell the values apart where there are several, and else the actuations.
+    colours, speed = colours_of(len(shown)), archive.variables["speed_rpm"].values
+    looks: dict[str, Look] = {name: {"color": COLOURS[name], "marker": MARKERS[name], "ms": 4} for name in actuations}
+    if several:
+        looks = {name: looks[name] | {"ls": style} for name, style in zip(actuations, STYLES, strict=False)}
+    for combination, name, colour in zip(shown, names, colours, strict=True):
+        is_there = np.all([places[key] == place for key, place in zip(several, combination, strict=True)], axis=0)
+        for actuation, look in looks.items():
+            runs = np.flatnonzero(is_there & (places["actuation"] == texts["actuation"].index(actuation)))
+            runs = runs[np.argsort(speed[runs], kind="stable")]
+            label = ", ".join([NAMES[actuation]] * (len(actuations) > 1 or not several) + [name] * bool(several))
+            axis.plot(speed[runs], values[runs], label=label, **look | ({"color": colour} if several else {}))
+    # With both, an entry for each value and each actuation, not for each pair of them.
+    entries = {NAMES[name]: legend_handle(**look | {"color": GREY}) for name, look in looks.items()}
+    entries |= {name: legend_handle(color=colour) for name, colour in zip(names, colours, strict=True)}
+    handles = (entries.values(), entries) if several and len(actuations) > 1 else ()
+    axis.legend(*handles, fontsize=8, **legend)
+    # What they have in common, and what is left out.
+    told = [NAMES[actuations[0]]] * bool(several and len(actuations) == 1)
+    told += [_told(texts, {name: 0}) for name in keys if name not in several]
+    if len(shown) < len(combinations):
+        what = " and ".join(name.replace("_", " ") for name in several)
+        told.append(f"{len(shown)} of {len(combinations)} values of {what} are drawn")
+    return ", ".join(told)
+
+
+def _told(texts: dict[str, list[str]], places: dict[str, int]) -> str:
+    """Values of some axes in words: "supply pressure 1 MPa gauge"."""
+    return ", ".join(f"{name.replace('_', ' ')} {texts[name][place]}" for name, place in places.items())
 
 
 def in_the_middle(archive: Archive, along: str = "speed_rpm") -> str:

@@ -14,6 +14,7 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.machine import Machine
 from apesim.quantities.arguments import Given, WithUnit
 from apesim.results import Scalar
+from apesim.studies.archives.machines import read_recorded_machine
 from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.default_grids import DURATIONS
 from apesim.studies.grid_result import GridResult
@@ -44,6 +45,17 @@ class EngineLimitMap(GridResult):
     def _axes_of(cls, archive: Archive) -> tuple[str, ...]:
         """Name the axes of the grid."""
         return find_pressure_axis(archive), "supply_temperature", "duration_deg"
+
+    @classmethod
+    def _holds(cls, archive: Archive) -> bool:
+        """Judge whether an archive is that of limits of the engine."""
+        return {"limit_rpm", "duration_deg", "fails"} <= set(archive.variables)
+
+    @classmethod
+    def _recorded(cls, archive: Archive) -> dict[str, Any]:
+        """Find the target of the opening in the text of the machine, too."""
+        open_target = read_recorded_machine(archive.machine).command.open_target
+        return super()._recorded(archive) | {"open_target_deg": open_target / DEGREE}
 
     @classmethod
     def _faults_of(cls, archive: Archive) -> Iterable[str]:

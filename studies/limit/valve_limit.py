@@ -22,7 +22,7 @@ from apesim.studies.archive_result import ArchiveResult
 from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.limit.design_rule import WITHIN, rule_columns
-from apesim.studies.limit.points import lowest_run, own_run, point_column, with_own
+from apesim.studies.limit.points import Point, lowest_run, own_run, point_column, with_own
 from apesim.studies.operating_conditions import DUTY, JOBS, PRESSURE, TEMPERATURE, with_control_air
 from apesim.studies.progress import Progress, show_progress
 from apesim.studies.valve_map import PRESSURES, grid_conditions, plot_over_pressure, supply_columns
@@ -318,7 +318,7 @@ class ValveLimit(ArchiveResult):
         return CRITERION
 
     def plot(self, ax: "Axes | None" = None, name: str = "limit_hz") -> "Axes":
-        """Draw limits over pressure, a line for each temperature.
+        """Draw limits over pressure, a line for each temperature and duty, and the machine's own point.
 
         Parameters
         ----------
@@ -336,12 +336,25 @@ class ValveLimit(ArchiveResult):
         --------
         >>> from apesim.studies.archive_result import variables_of
         >>> limits = column([55.0, 74.0], "Hz", "highest working rate")
-        >>> archive = Archive("", {}, supply_columns([(0.5e6, 287.0), (1.1e6, 287.0)]) | {"limit_hz": limits})
+        >>> columns = supply_columns([(0.5e6, 287.0), (1.1e6, 287.0)]) | {"limit_hz": limits}
+        >>> columns |= {"duty": column([0.5, 0.2], "1", "duty"), "point": point_column([Point.GRID, Point.OWN])}
+        >>> archive = Archive("", {}, columns)
         >>> axes = ValveLimit({}, variables_of(archive), archive=archive).plot()
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('control pressure [MPa abs]', 'limit hz [Hz]')
         """
-        return plot_over_pressure(self, name, ax)
+        temperatures, duties, points = (self.traces[n].values for n in ("supply_temperature", "duty", "point"))
+        is_own = points == Point.OWN
+        groups = {
+            f"{temperature:g} K, duty {duty:g}": np.flatnonzero(
+                (temperatures == temperature) & (duties == duty) & ~is_own
+            )
+            for duty in np.unique(duties[~is_own])
+            for temperature in np.unique(temperatures[~is_own])
+        }
+        for run in np.flatnonzero(is_own):
+            groups[f"the machine's own: {temperatures[run]:g} K, duty {duties[run]:.3g}"] = np.array([run])
+        return plot_over_pressure(self, name, ax, groups)
 
 
 @public

@@ -1,8 +1,8 @@
 """What an engine does with other command angles at one speed, in its periodic state."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
-from math import inf, nan
+from math import inf, isnan, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -119,12 +119,35 @@ def judged(machine: Machine, run: SteadyRun, place: tuple[float, ...] = ()) -> P
     if run.status == Status.DONE and run.orbit.converged:
         computed = indicators(machine, run)
         values = {name: float(computed[name]) for name in RECORDED}
-        air = values["engine_air_kg_per_cycle"] + values["control_air_kg_per_cycle"]
-        work = TURN * values["brake_torque_Nm"]
-        merit = values["brake_torque_Nm"], work / air if air > 0.0 else -inf
+        merit = merit_of(values)
         full_lift = valve_travel(machine, run).opens_fully
     command = machine.command
     return Point(place, command.energise, command.release, machine.supply.pressure, values, merit, full_lift)
+
+
+def merit_of(values: Mapping[str, float]) -> tuple[float, float]:
+    """Rate a point by its indicators: brake torque, and brake work over all air.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        Indicators `RECORDED`, by name; NaN where the state does not repeat.
+
+    Returns
+    -------
+    tuple of float
+        Torque [N m] and work over air [J/kg]; -inf where the state does not repeat.
+
+    Examples
+    --------
+    >>> merit_of(dict.fromkeys(RECORDED, nan))
+    (-inf, -inf)
+    """
+    torque = values["brake_torque_Nm"]
+    if isnan(torque):
+        return -inf, -inf
+    air = values["engine_air_kg_per_cycle"] + values["control_air_kg_per_cycle"]
+    return torque, TURN * torque / air if air > 0.0 else -inf
 
 
 class Landscape:

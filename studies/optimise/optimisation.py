@@ -20,7 +20,7 @@ from apesim.studies.operating_conditions import JOBS, SPEED, require_epv
 from apesim.studies.optimise.landscape import Goal
 from apesim.studies.optimise.search import Optimum
 from apesim.studies.optimise.summary import point_json
-from apesim.studies.optimise.table import archive_of, faults_of, optima_over_speed
+from apesim.studies.optimise.table import NAMES, archive_of, faults_of, optima_of, optima_over_speed
 from apesim.studies.progress import Progress, show_progress
 
 if TYPE_CHECKING:
@@ -47,6 +47,20 @@ class OptimalCommands(GridResult):
 
     goal: str = field(kw_only=True)
     optima: tuple[Optimum, ...] = field(kw_only=True)
+
+    @classmethod
+    def _holds(cls, archive: Archive) -> bool:
+        """Judge whether an archive is that of the best commands."""
+        return "searched_energise" in archive.provenance and "uncorrected_energise_deg" in archive.variables
+
+    @classmethod
+    def _recorded(cls, archive: Archive) -> dict[str, Any]:
+        """Make the optima of the archive, too, and find what was asked for."""
+        optima = optima_of(archive)
+        wanted = [goal for goal in Goal if f"{NAMES[goal]}_energise_deg" in archive.variables]
+        goal = "both" if len(wanted) > 1 else wanted[0].name.lower()
+        found = {"goal": goal, "optima": optima, "failed": faults_of(optima)}
+        return super()._recorded(archive) | found
 
     @classmethod
     def _summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:

@@ -1,6 +1,6 @@
 """The best commands over speed, as an archive."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import nan
 from typing import Any
 
@@ -14,7 +14,8 @@ from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from apesim.studies.execution.pool import run_tasks, workers_for
-from apesim.studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal, Point
+from apesim.studies.operating_conditions import SPEED
+from apesim.studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal, Point, merit_of
 from apesim.studies.optimise.search import FINE, Optimum, optimise
 
 RPM = TURN / 60.0
@@ -244,7 +245,65 @@ def _fronts(fronts: Sequence[Sequence[Point]]) -> dict[str, Variable]:
     for name, (unit, description) in COLUMNS.items():
         values = np.array([[row[name] for row in front] for front in rows])
         variables[f"front_{name}"] = Variable(("run", "point"), values, unit, f"Pareto front: {description}")
-    return variables
+    full = np.zeros((len(fronts), longest), dtype=np.int8)
+    for run, front in enumerate(fronts):
+        full[run, : len(front)] = [point.full_lift for point in front]
+    description = "Pareto front: whether the piston is on its open stop at any time"
+    return variables | {"front_full_lift": Variable(("run", "point"), full, "1", description, NO_YES)}
+
+
+def optima_of(archive: Archive) -> tuple[Optimum, ...]:
+    """Read the optima of an archive that was written from them.
+
+    Parameters
+    ----------
+    archive : Archive
+        Archive of `archive_of`.
+
+    Returns
+    -------
+    tuple of Optimum
+        One for each run. The places of their points are as the archive tells them: 0 and 1 at the ends of a range.
+
+    Examples
+    --------
+    >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (1.0, TURN / 2.0), True)
+    >>> optimum = Optimum(RPM * 900.0, point, {Goal.TORQUE: point}, [], 81, 27)
+    >>> [again] = optima_of(archive_of(Machine(), [optimum], [Goal.TORQUE]))
+    >>> bounds_of(again.best[Goal.TORQUE]), again.best[Goal.TORQUE].merit == point.merit
+    ({'energise': 0, 'duration': 1}, True)
+    """
+    columns = {name: variable.values for name, variable in archive.variables.items()}
+    goals = [goal for goal in Goal if f"{NAMES[goal]}_energise_deg" in columns]
+    optima = []
+    for run in range(len(archive.runs)):
+        v = {name: values[run] for name, values in columns.items() if name != "point"}
+        length = int(np.isfinite(v.get("front_energise_deg", np.array([]))).sum())
+        rows = [{name: values[at] for name, values in v.items() if name.startswith("front_")} for at in range(length)]
+        optima.append(
+            Optimum(
+                SPEED.read(f"{float(v['speed_rpm'])!r} rpm"),
+                _point_in(v, "uncorrected"),
+                {goal: _point_in(v, NAMES[goal]) for goal in goals},
+                [point for row in rows if (point := _point_in(row, "front"))],
+                int(v["sketches"]),
+                int(v["runs"]),
+            )
+        )
+    return tuple(optima)
+
+
+def _point_in(row: Mapping[str, Any], prefix: str) -> Point | None:
+    """Point whose commands and results stand in a row under a prefix; None where there is none."""
+    said = {name: float(row[f"{prefix}_{name}"]) for name in COLUMNS}
+    if np.isnan(said["energise_deg"]):
+        return None
+    values = {name: said[name] for name in RECORDED}
+    codes = [row[f"{prefix}_bound_{name}"] for name in FREE if f"{prefix}_bound_{name}" in row]
+    commands = said["energise_deg"] * DEGREE, said["release_deg"] * DEGREE, said["supply_pressure"]
+    is_full = row.get(f"{prefix}_full_lift", not np.isnan(values["full_open_deg"]))
+    place = tuple({-1: 0.0, 0: 0.5, 1: 1.0}[int(code)] for code in codes)
+    return Point(place, *commands, values, merit_of(values), bool(is_full))
 
 
 def faults_of(optima: Sequence[Optimum]) -> list[str]:

@@ -1,7 +1,7 @@
 """The archive of a study of soft landing."""
 
-from collections.abc import Sequence
-from math import nan
+from collections.abc import Mapping, Sequence
+from math import isnan, nan
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from apesim.archive.columns import NO_YES, column, run_axis
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
+from apesim.studies.operating_conditions import with_supply
 from apesim.studies.soft_landing.braking import (
     ADDED,
     APART,
@@ -22,7 +23,7 @@ from apesim.studies.soft_landing.braking import (
     front_of,
     widest_soft,
 )
-from apesim.studies.soft_landing.landing import OPENING, SOLENOIDS, STROKES
+from apesim.studies.soft_landing.landing import OPENING, SOLENOIDS, STROKES, Landing, Task, apart_of
 from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, Choice, Result
 from apesim.valve.solenoid import energised_fraction, solenoid_curves
 
@@ -31,6 +32,15 @@ STEP = 0.02e-3
 SAMPLE = 0.05e-3
 """Time between two rows of the traces [s]."""
 NUMBERED = "-1 none, 0 both, 1 A, 2 B"
+KEPT = {
+    "brake": ("s", "begin of the brake after the command edge"),
+    "release": ("s", "end of the brake after the command edge"),
+    "added": ("s", "time added to the stroke"),
+    "speed": ("m/s", "seating speed"),
+    "apart": ("s", "shortest time between two edges of a solenoid"),
+    "solenoids": ("1", "solenoids that the brake switches: 0 both, 1 A, 2 B"),
+}
+"""Columns of the brakes that are kept, from `BRAKE` on: unit and what it is."""
 
 
 def archive_of(
@@ -85,6 +95,7 @@ def archive_of(
         "pressure_factor": Variable(("pressure_factor",), np.array(FACTORS), "1", "of the gauge pressure"),
         "temperature_offset": Variable(("temperature_offset",), np.array(OFFSETS), "K", "of the control air"),
     }
+    variables |= _kept(results, spacing, cost)
     for stroke in STROKES:
         of_stroke = [result for result in results if result.task.stroke == stroke]
         variables |= _landings(stroke, of_stroke, cost) | _fronts(stroke, of_stroke, added, spacing)
@@ -158,6 +169,88 @@ def _fronts(stroke: str, results: Sequence[Result], added: np.ndarray, spacing: 
     return variables
 
 
+def _kept(results: Sequence[Result], spacing: float, cost: float) -> dict[str, Variable]:
+    """Brakes on the fronts, and those that show which spacing is needed, as variables; NaN behind the last one."""
+    kept = {s: [_kept_brakes(r, spacing, cost) for r in results if r.task.stroke == s] for s in STROKES}
+    most = max(1, *(len(rows) for of_stroke in kept.values() for rows in of_stroke))
+    variables = {"kept": Variable(("kept",), np.arange(most), "1", "number of a brake that was kept")}
+    for stroke, of_stroke in kept.items():
+        values = np.full((len(of_stroke), most, len(KEPT)), nan)
+        for run, rows in enumerate(of_stroke):
+            values[run, : len(rows)] = rows
+        for number, (name, (unit, description)) in enumerate(KEPT.items()):
+            variables[f"{stroke}_kept_{name}"] = Variable(("run", "kept"), values[..., number], unit, description)
+    return variables
+
+
+def _kept_brakes(result: Result, spacing: float, cost: float) -> np.ndarray:
+    """Brakes from which the fronts and the spacing that is needed can be found again, in the order of their trial."""
+    fronts = [front_of(result.brakes, apart) for apart in (spacing, 0.0)]
+    needed = set(map(tuple, np.concatenate((*fronts, widest_soft(result.brakes, result.unbraked, cost))).tolist()))
+    return result.brakes[[tuple(row) in needed for row in result.brakes.tolist()]].reshape(-1, len(KEPT))
+
+
+def strokes_of(archive: Archive, machine: Machine) -> tuple[Result, ...]:
+    """Read the strokes of an archive that was written from them.
+
+    Parameters
+    ----------
+    archive : Archive
+        Archive of `archive_of`.
+    machine : Machine
+        Its machine.
+
+    Returns
+    -------
+    tuple of Result
+        Opening and closing for each pressure. Of all brakes that were tried they hold those on the fronts; the delay
+        of a landing, which nothing asks for, is NaN.
+
+    Examples
+    --------
+    >>> from apesim.studies.soft_landing.strokes import soft_landings
+    >>> results = soft_landings(Machine(), [0.12e6], 287.0, dwell=50e-3)  # too little pressure to move the piston
+    >>> strokes = strokes_of(archive_of(Machine(), results, spacing=4e-3, cost=1e-3), Machine())
+    >>> [(result.task.stroke, result.unbraked.stays, result.best) for result in strokes]
+    [('opening', False, None), ('closing', False, None)]
+    """
+    v = {name: variable.values for name, variable in archive.variables.items()}
+    dwell = float(archive.provenance["dwell_s"])
+    strokes = []
+    for run in range(len(archive.runs)):
+        air = float(v["supply_pressure"][run]), float(v["supply_temperature"][run])
+        supplied = with_supply(machine, *air)
+        before = Task(supplied, dwell, STROKES[0]).before
+        for stroke in STROKES:
+            task = Task(supplied, dwell, stroke, before=before)
+            lowest = float(v[f"{stroke}_lowest_speed"][run])
+            contact, speed = (float(v[f"{stroke}_{name}"][run]) for name in ("contact", "seating_speed"))
+            brakes = np.column_stack([v[f"{stroke}_kept_{name}"][run] for name in KEPT])
+            choices = {
+                (limit, kind): _choice_in(v, f"{stroke}_{limit}_{kind}", run, task)
+                for limit in LIMITS
+                for kind in KINDS
+            }
+            completed = not isnan(lowest)  # only such a stroke has a lowest speed before its contact
+            unbraked = Landing(nan, contact, speed, completed)
+            strokes.append(Result(task, unbraked, lowest, brakes[~np.isnan(brakes).any(axis=1)], choices))
+            best, brake = strokes[-1].braked
+            before = best.edges(brake)
+    return tuple(strokes)
+
+
+def _choice_in(v: Mapping[str, np.ndarray], prefix: str, run: int, task: Task) -> Choice | None:
+    """Choice that stands in the columns with a prefix; None where there is none."""
+    names = ("brake", "release", "added", "speed")
+    brake, release, added, speed = (float(v[f"{prefix}_{name}"][run]) for name in names)
+    if isnan(brake):
+        return None
+    row = [brake, release, added, speed, apart_of(task, (brake, release)), v[f"{prefix}_solenoids"][run]]
+    columns = (v[f"{prefix}_{name}_at"][run].ravel().tolist() for name in ("contact", "speed", "stays"))
+    landings = tuple(Landing(nan, at, fast, bool(stays)) for at, fast, stays in zip(*columns, strict=True))
+    return Choice(np.array(row, dtype=float), landings, v[f"{prefix}_added_at"][run].ravel())
+
+
 def _numbers(solenoids: np.ndarray) -> np.ndarray:
     """Numbers of solenoids as codes; -1 where there are none."""
     return np.nan_to_num(solenoids, nan=-1.0).astype(np.int8)
@@ -166,12 +259,13 @@ def _numbers(solenoids: np.ndarray) -> np.ndarray:
 def _choices(prefix: str, choices: Sequence[Choice | None]) -> dict[str, Variable]:
     """Kind of choice as variables; NaN where there is none."""
     shape = (len(choices), len(FACTORS), len(OFFSETS))
-    rows, speed, added = np.full((len(choices), 6), nan), np.full(shape, nan), np.full(shape, nan)
+    rows, speed, added, contact = np.full((len(choices), 6), nan), *(np.full(shape, nan) for _ in range(3))
     stays = np.zeros(shape, dtype=np.int8)
     for run, choice in enumerate(choices):
         if choice:
             rows[run] = choice.row
             speed[run] = np.reshape([landing.speed for landing in choice.landings], shape[1:])
+            contact[run] = np.reshape([landing.contact for landing in choice.landings], shape[1:])
             added[run] = choice.added.reshape(shape[1:])
             stays[run] = np.reshape([landing.stays for landing in choice.landings], shape[1:])
     axes = ("run", "pressure_factor", "temperature_offset")
@@ -182,6 +276,7 @@ def _choices(prefix: str, choices: Sequence[Choice | None]) -> dict[str, Variabl
         f"{prefix}_added": column(rows[:, ADDED], "s", "time added to the stroke"),
         f"{prefix}_speed": column(rows[:, SPEED], "m/s", "seating speed"),
         f"{prefix}_speed_at": Variable(axes, speed, "m/s", "seating speed under other conditions"),
+        f"{prefix}_contact_at": Variable(axes, contact, "s", "command edge to contact under other conditions"),
         f"{prefix}_added_at": Variable(axes, added, "s", "time added to the unbraked stroke of the same condition"),
         f"{prefix}_stays_at": Variable(axes, stays, "1", "whether the piston stays at its stop", NO_YES),
     }

@@ -10,13 +10,14 @@ from apesim.archive import Archive
 from apesim.engine.machine import Machine
 from apesim.quantities import Choice
 from apesim.quantities.arguments import Given
+from apesim.studies.archives.machines import read_recorded_machine
 from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.default_grids import LANDING_SHARES, PULSE, pressures_around
 from apesim.studies.grid_result import GridResult
 from apesim.studies.operating_conditions import PRESSURE, SHORT_TIME, TEMPERATURE, TIME
 from apesim.studies.progress import Progress, show_progress
 from apesim.studies.soft_landing.landing import SOLENOIDS
-from apesim.studies.soft_landing.results import archive_of
+from apesim.studies.soft_landing.results import archive_of, strokes_of
 from apesim.studies.soft_landing.strokes import SPACING, Result, faults_of, soft_landings
 from apesim.studies.soft_landing.summary import stroke_json
 from apesim.valve.bench import run_bench
@@ -50,6 +51,21 @@ class SoftLanding(GridResult):
     cost: float = field(kw_only=True)
     solenoids: str = field(kw_only=True)
     strokes: tuple[Result, ...] = field(kw_only=True)
+
+    @classmethod
+    def _holds(cls, archive: Archive) -> bool:
+        """Judge whether an archive is that of a study of soft landing."""
+        return {"dwell_s", "cost_s", "spacing_s"} <= set(archive.provenance)
+
+    @classmethod
+    def _recorded(cls, archive: Archive) -> dict[str, Any]:
+        """Make the strokes of the archive, too, and find what was asked for."""
+        strokes = strokes_of(archive, read_recorded_machine(archive.machine))
+        spacing, cost = (float(archive.provenance[name]) for name in ("spacing_s", "cost_s"))
+        ways = archive.provenance["solenoids"].split(", ")
+        solenoids = ANY if len(ways) > 1 else ways[0]
+        found = {"spacing": spacing, "cost": cost, "solenoids": solenoids, "strokes": strokes}
+        return super()._recorded(archive) | found | {"failed": faults_of(strokes, spacing, cost, ways)}
 
     def to_dict(self) -> dict[str, Any]:
         """Convert to a dictionary with the keys of ``apesim valve soft-landing --json``.
@@ -124,7 +140,10 @@ class SoftLanding(GridResult):
         from apesim.studies.figures.soft_landing import draw_over_spacing, shown_of
 
         ax = axes_for(ax)
-        draw_over_spacing(ax, *shown_of(self.archive, self.ambient_pressure))
+        columns, titles, *rest = shown_of(self.archive, self.ambient_pressure)
+        draw_over_spacing(ax, columns, titles, *rest)
+        if len(titles) < len(self.archive.runs):
+            ax.set_title(f"{ax.get_title()}; {len(titles)} of {len(self.archive.runs)} pressures are drawn")
         add_legend(ax)
         return ax
 

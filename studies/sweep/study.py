@@ -119,7 +119,9 @@ class Sweep(ArchiveResult):
         return data.rename({name: short for name, short in names.items() if name != short and name in data.variables})
 
     def plot(self, ax: "Axes | None" = None, name: str = "brake_torque") -> "Axes":
-        """Draw a variable over speed, a line for each actuation; keys that were varied are in the middle.
+        """Draw a variable over speed: a line for each actuation, and for each value of the keys that were varied.
+
+        Where there are more than 12 lines, some values are drawn, and the title says of how many.
 
         Parameters
         ----------
@@ -142,16 +144,14 @@ class Sweep(ArchiveResult):
         ('speed [r/min]', 'mean brake torque [N m]')
         """
         from apesim.studies.figures.axes import axes_for
-        from apesim.studies.figures.sweep import COLOURS, MARKERS, NAMES, actuations_in, in_the_middle, runs_of
+        from apesim.studies.figures.sweep import draw_over_speed
 
+        is_crowded = ax is None and len(axes_of(self.archive)) > 2
+        beside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if is_crowded else {}
         ax, trace = axes_for(ax), self.traces[name]
-        for actuation in actuations_in(self.archive):
-            runs = runs_of(self.archive, actuation)
-            (line,) = ax.plot(self.traces["speed_rpm"][runs], trace[runs], label=NAMES[actuation])
-            line.set(color=COLOURS[actuation], marker=MARKERS[actuation], markersize=4)
+        title = draw_over_speed(ax, self.archive, trace.values, **beside)
         unit = "" if trace.unit == "1" else f" [{trace.unit}]"
-        ax.set(xlabel="speed [r/min]", ylabel=f"{trace.long_name}{unit}", title=in_the_middle(self.archive))
-        ax.legend()
+        ax.set(xlabel="speed [r/min]", ylabel=f"{trace.long_name}{unit}", title=title)
         return ax
 
 

@@ -11,13 +11,14 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.machine import Machine
 from apesim.quantities import Arguments
 from apesim.quantities.arguments import Given, WithUnit
+from apesim.studies.archives.machines import read_recorded_machine
 from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.default_grids import TIMING_SPEEDS
 from apesim.studies.grid_result import GridResult
 from apesim.studies.operating_conditions import ANGLE, JOBS, SPEED, find_pressure_axis, read_supplies, require_epv
 from apesim.studies.progress import Progress, show_progress
 from apesim.studies.timing.export import as_json, export, refuse_exports
-from apesim.studies.timing.grid import TimingMap, faults_of_timing, map_timing
+from apesim.studies.timing.grid import TimingMap, faults_of_timing, map_timing, timing_map_of
 from apesim.studies.timing.solve import corrected
 
 if TYPE_CHECKING:
@@ -43,6 +44,17 @@ class CorrectedTiming(GridResult):
     def _axes_of(cls, archive: Archive) -> tuple[str, ...]:
         """Name the axes of the grid."""
         return "speed_rpm", find_pressure_axis(archive), "supply_temperature"
+
+    @classmethod
+    def _holds(cls, archive: Archive) -> bool:
+        """Judge whether an archive is that of corrected commands."""
+        return "interpolation_error_rad" in archive.provenance and "advance_deg" in archive.variables
+
+    @classmethod
+    def _recorded(cls, archive: Archive) -> dict[str, Any]:
+        """Make the tables and laws of the archive, too."""
+        machine = read_recorded_machine(archive.machine)
+        return super()._recorded(archive) | {"map": timing_map_of(archive, machine.command)}
 
     @classmethod
     def _faults_of(cls, archive: Archive) -> Iterable[str]:
@@ -112,7 +124,7 @@ class CorrectedTiming(GridResult):
         return timing_figures(self.map, self.ambient_pressure, folder)
 
     def plot(self, ax: "PlotAxes | None" = None, *, edge: str = "energise") -> "PlotAxes":
-        """Draw the advance of a command edge over speed, a line for each pressure and temperature.
+        """Draw the advance of a command edge over speed, a line for each pressure, at the middle of the temperatures.
 
         Parameters
         ----------
@@ -142,6 +154,8 @@ class CorrectedTiming(GridResult):
 
         ax = axes_for(ax)
         draw_advance(ax, self.map, self.ambient_pressure, edge=edge)
+        if (number := len(self.map.axes.temperatures)) > 1:
+            ax.set_title(f"{ax.get_title()}, 1 of {number} temperatures")
         ax.set_ylabel("target less command angle [deg]")
         add_legend(ax)
         return ax

@@ -18,7 +18,7 @@ from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
 from apesim.studies.execution.pool import run_tasks, workers_for
-from apesim.studies.operating_conditions import PRESSURE_AXES, Supplies, find_pressure_axis
+from apesim.studies.operating_conditions import PRESSURE_AXES, SPEED, Supplies, find_pressure_axis
 from apesim.studies.timing.law import Law, laws_of
 from apesim.studies.timing.open_loop import Delays, open_loop_delays
 from apesim.studies.timing.solve import Reason, Timing, corrected, look, start_after, wrapped
@@ -286,6 +286,44 @@ def _variables(supplies: Supplies, axes: Axes, rows: Sequence[dict[str, float]])
         values = values.astype(np.int64 if name == "marches" else float)
         variables[name] = column(values, unit, description, MEANINGS.get(name, ""), coordinate=name in coordinates)
     return variables
+
+
+def timing_map_of(archive: Archive, command: Command) -> TimingMap:
+    """Make the map of corrected commands of an archive that was written from one.
+
+    Parameters
+    ----------
+    archive : Archive
+        Archive of a `TimingMap`.
+    command : Command
+        Command of its machine, with the targets.
+
+    Returns
+    -------
+    TimingMap
+        The map that was written; its speeds are those of the archive, which have 12 digits.
+
+    Raises
+    ------
+    ValueError
+        The runs are no grid.
+
+    Examples
+    --------
+    >>> timing_map = map_timing(Supplies([1.1e6], [280.0, 300.0], Machine()), [94.0], jobs=1)
+    >>> again = timing_map_of(timing_map.archive, timing_map.command)
+    >>> bool(np.array_equal(again.advance, timing_map.advance)), again.error == timing_map.error
+    (True, True)
+    """
+    v = values_of(archive)
+    speeds = [SPEED.read(f"{float(speed)!r} rpm") for speed in np.unique(v["speed_rpm"])]
+    pressures = np.unique(v[find_pressure_axis(archive)])
+    axes = Axes(np.array(speeds), pressures, np.unique(v["supply_temperature"]))
+    advance, release_advance = (v[name].reshape(axes.shape) * DEGREE for name in ("advance_deg", "release_advance_deg"))
+    laws = {"advance": laws_of(axes, advance), "release_advance": laws_of(axes, release_advance)}
+    known = json.loads(archive.provenance["interpolation_error_rad"])
+    error = InterpolationError(*(known[key] for key in ERROR_KEYS))
+    return TimingMap(archive, command, axes, advance, release_advance, laws, error)
 
 
 def faults_of_timing(archive: Archive) -> list[str]:

@@ -20,7 +20,7 @@ from apesim.studies.console import main_of
 from tests.folders import ROOT
 from tests.machines import changed
 
-W = 1000.0 * math.pi / 30.0
+W = "1000 rpm"
 BAD = {
     "engine.bore": (-85e-3, math.nan, math.inf, "85 mm", True, None, 1j, [0.085]),
     "engine.intake": (3, -1, 0.0, "epv", True),
@@ -73,7 +73,9 @@ def test_every_default_is_taken():
     assert apesim.run_valve(Machine(), pulse=5e-3).march.steps > 0
 
 
-@pytest.mark.parametrize("speed", [0, -W, math.nan, math.inf, 0.01, "1000", "0 rpm", "1000 mm", True, [W]])
+@pytest.mark.parametrize(
+    "speed", [0, 104.7, math.nan, "-9 rpm", (0.01, "rad/s"), "1000", "0 rpm", "1000 mm", True, [W]]
+)
 def test_a_speed_that_the_command_line_would_refuse_is_refused(speed):
     assert refused(apesim.run_engine, Machine(), speed) == ["speed"]
 
@@ -127,7 +129,7 @@ def test_a_sweep_is_refused_for_all_that_is_wrong_with_it(tmp_path):
     out = tmp_path / "x.h5"
     keys = ["speed", "intake", "timing", "jobs", "shard"]
     wrong = {"intake": ["kam"], "timing": "late", "jobs": 0, "shard": "3/2"}
-    assert refused(apesim.sweep, Machine(), [W, 0.0], **wrong, out=out) == keys
+    assert refused(apesim.sweep, Machine(), [W, "0 rpm"], **wrong, out=out) == keys
     assert refused(apesim.sweep, Machine(), [], out=out) == ["speed"]
     with pytest.raises(apesim.InputError) as caught:
         apesim.sweep(Machine(), W, vary={"engine_bore": ["80 mm", -1.0], "engine.stroke": "80"}, out=out)

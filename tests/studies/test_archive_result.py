@@ -83,7 +83,7 @@ def test_pandas_has_a_row_for_each_run(swept):
 
 def test_each_is_short_and_drawn_on_the_axes_given(swept, mapped, limited):
     _, axes = plt.subplots(1, 3)
-    for ax, result, lines in zip(axes, (swept, mapped, limited), (2, 2, 1), strict=True):
+    for ax, result, lines in zip(axes, (swept, mapped, limited), (4, 2, 2), strict=True):
         assert result.plot(ax) is ax and len(ax.lines) == lines and ax.get_legend()
         assert len(repr(result).splitlines()) < 12 and "array" not in repr(result)
         assert "<table>" in result._repr_html_()

@@ -81,14 +81,14 @@ def test_progress_is_told_to_whom_it_is_asked_for(capfd):
     [
         (lambda m: correct_timing(m, speed="600"), "correct_timing(): speed: '600' has no unit; "),
         (lambda m: correct_timing(m, target="-5 deg"), "correct_timing(): target: '-5 deg' is not an opening and a "),
-        (lambda m: correct_timing(m, target=[-0.1, 9.0]), "correct_timing(): target: "),
+        (lambda m: correct_timing(m, target=["-5 deg", (400.0, "deg")]), "correct_timing(): target: "),
         (lambda m: correct_timing(m, jobs=0), "correct_timing(): jobs: "),
         (lambda m: assess_valve(m, timing="late"), "assess_valve(): timing: 'late' is no timing; write fixed or "),
         (
             lambda m: assess_valve(m.with_(engine_intake="cam")),
             "assess_valve(): engine.intake: is cam, which",
         ),
-        (lambda m: find_engine_limit(m, duration=7.0), "find_engine_limit(): duration: "),
+        (lambda m: find_engine_limit(m, duration="700 deg"), "find_engine_limit(): duration: "),
         (lambda m: optimise_commands(m, goal="fun"), "optimise_commands(): goal: 'fun' is no option; "),
         (lambda m: optimise_commands(m, free="x"), "optimise_commands(): free: 'x' is not the supply pressure"),
         (lambda m: optimise_commands(m, free="supply.pressure=1:2"), "optimise_commands(): free: "),

@@ -1,0 +1,198 @@
+"""Each kind of result comes back from its archive, a pickle and a copy as what it was."""
+
+import copy
+import multiprocessing
+import pickle
+from dataclasses import replace
+from functools import partial
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import apesim
+from apesim.engine.machine import Machine
+from apesim.results import Scalar, Trace
+from apesim.studies.archive_result import ArchiveResult, result_kinds, result_of
+from apesim.studies.archives.machines import read_recorded_machine
+from apesim.studies.gap.example_bench import list_left_out, read_example
+from tests.archive_samples import VERSION_1, VERSION_2, VERSION_2_SWEEP
+
+PLACE = {"pressure": "1 MPa gauge", "temperature": "287 K"}
+STUDIES = {
+    "Sweep": partial(apesim.sweep, speed="900 rpm, 1200 rpm", intake=["cam", "ideal"]),
+    "ValveMap": partial(apesim.map_valve, pressure="0.6:1.0:0.4 MPa gauge", temperature="280 K, 300 K"),
+    "ValveLimit": partial(apesim.find_valve_limit, duty=0.5, **PLACE),
+    "EngineLimitMap": partial(apesim.find_engine_limit, duration="75 deg", **PLACE),
+    "CorrectedTiming": partial(
+        apesim.correct_timing, speed="777 rpm, 900 rpm", pressure="1 MPa gauge", temperature="280 K, 300 K"
+    ),
+    "OptimalCommands": partial(apesim.optimise_commands, speed="900 rpm", goal="both"),
+    "ValveAssessment": partial(apesim.assess_valve, speed="900 rpm"),
+    "SoftLanding": partial(apesim.find_soft_landing, pressure="1 MPa gauge", solenoids="b"),
+}
+OTHERS = {
+    "run_engine": partial(apesim.run_engine, Machine(), "1000 rpm"),
+    "run_valve": partial(apesim.run_valve, Machine()),
+    "explain": lambda: apesim.explain(Machine(), read_example(), without=list_left_out()),
+    "check_measured": lambda: apesim.check_measured(Machine(), read_example()),
+    "find_isolability": lambda: apesim.find_isolability(Machine(), read_example(), without=list_left_out()),
+    "fit": lambda: apesim.fit(read_example(), ["valve.viscous_friction"]),
+    "list_effects": apesim.list_effects,
+    "read_measured": read_example,
+    "describe_archive": partial(apesim.describe_archive, VERSION_2),
+    "verify_archive": partial(apesim.verify_archive, VERSION_2),
+    "compare_archives": partial(apesim.compare_archives, VERSION_1, VERSION_2),
+    "read_archive": partial(apesim.read_archive, VERSION_2_SWEEP),
+}
+"""Calls whose results are no study's; that of the paper and of a discharge holds arrays and numbers as these do."""
+COPIES = {"pickle": lambda result: pickle.loads(pickle.dumps(result)), "copy": copy.copy, "deepcopy": copy.deepcopy}
+FOUND = {}
+
+
+def found(name):
+    """Result of a study, computed once."""
+    if name not in FOUND:
+        FOUND[name] = STUDIES[name](Machine())
+    return FOUND[name]
+
+
+def plain(data):
+    """Nested data in which NaN equals NaN."""
+    if isinstance(data, dict):
+        return {key: plain(value) for key, value in data.items()}
+    if isinstance(data, list | tuple | np.ndarray):
+        return [plain(value) for value in data]
+    return "NaN" if isinstance(data, float) and data != data else data
+
+
+def test_every_kind_of_archive_is_tried():
+    assert {kind.__name__ for kind in result_kinds()} == set(STUDIES)
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_result_comes_back_from_its_archive_as_what_it_was(name, tmp_path):
+    result = found(name)
+    again = apesim.read_archive(result.write(tmp_path / "result.h5"))
+    assert type(again).__name__ == name and again.warnings == result.warnings and again.failed == result.failed
+    assert again == result and set(result) - set(again) == {"wall_time"} & set(result)
+    assert list(again.traces) == list(result.traces) and repr(again).splitlines()[0] == repr(result).splitlines()[0]
+    drawn = [[line.get_xydata() for line in one.plot().lines] for one in (result, again)]
+    assert all(np.array_equal(*pair, equal_nan=True) for pair in zip(*drawn, strict=True))
+    plt.close("all")
+    if hasattr(result, "to_dict"):
+        assert plain(again.to_dict()) == plain(result.to_dict())
+    if name == "SoftLanding":
+        assert {path.suffix for path in again.draw(tmp_path / "figures")} == {".png", ".pdf"}
+    again.write(tmp_path / "again.h5")
+    assert apesim.compare_archives(tmp_path / "result.h5", tmp_path / "again.h5").is_same
+
+
+@pytest.mark.parametrize("way", COPIES)
+@pytest.mark.parametrize("name", STUDIES)
+def test_the_result_of_a_study_equals_its_copies(name, way):
+    result, copied = found(name), COPIES[way](found(name))
+    assert type(copied) is type(result) and copied == result and (copied != result) is False
+    with pytest.raises(TypeError):
+        copied.scalars["more"] = Scalar(1.0)
+    with pytest.raises(ValueError):
+        next(iter(copied.traces.values())).values[...] = 0.0
+    assert plain(getattr(copied, "to_dict", dict)()) == plain(getattr(result, "to_dict", dict)())
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_any_other_result_can_be_pickled_and_copied(name):
+    result = OTHERS[name]()
+    for way in COPIES.values():
+        copied = way(result)
+        assert type(copied) is type(result) and repr(copied) == repr(result)
+        if isinstance(result, apesim.results.Result):
+            assert copied == result
+
+
+def test_results_differ_by_any_number_trace_or_text():
+    result = found("ValveMap")
+    scalars, traces = dict(result.scalars), dict(result.traces)
+    others = [
+        replace(result, scalars=scalars | {"runs": Scalar(9, "1", "runs")}),
+        replace(result, scalars=scalars | {"more": Scalar(9.0)}),
+        replace(result, traces=traces | {"opening_delay": Trace(("run",), np.zeros(4), "s")}),
+        replace(result, traces={}),
+        replace(result, machine=""),
+        replace(result, warnings=("one",)),
+        ArchiveResult.of(result.archive),
+    ]
+    assert all(other != result for other in others)
+    assert replace(result, scalars=scalars | {"wall_time": Scalar(9.0, "s", "computing time")}) == result
+    assert result != 1 and result != {}
+
+
+def test_an_archive_that_only_looks_like_one_of_a_kind_comes_back_bare_and_says_so(tmp_path):
+    for name in STUDIES:
+        archive = found(name).archive
+        less = {
+            key: value for key, value in archive.variables.items() if not key.startswith(("opening_kept", "front_"))
+        }
+        for changed in (
+            replace(archive, machine="[engine"),
+            replace(archive, variables=less | {"speed_rpm": archive.variables["run"]}),
+            replace(archive, provenance=archive.provenance | {"interpolation_error_rad": "[", "cost_s": "x"}),
+        ):
+            result = result_of(changed)
+            assert type(result).__name__ == name or "not read as what it seems to be" in result.warnings[-1]
+    bare = result_of(replace(found("SoftLanding").archive, machine="[engine"))
+    assert type(bare) is ArchiveResult and "machine of the archive" in bare.warnings[-1]
+
+
+def test_the_machine_of_an_archive_opens_no_file_and_runs_no_code(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text("raise SystemExit")
+    (tmp_path / "curve.csv").write_text("time [ms],opening [-]\n0,0\n1,1\n")
+    text = '[effects]\nfiles = ["mine.py"]\n[effects.mine]\nforce = "1 N"\n[effects.ring_leakage]\narea = "0.1 mm^2"\n'
+    assert read_recorded_machine(text) == Machine().with_(effects_ring_leakage_area="0.1 mm^2")
+    with pytest.raises(apesim.InputError, match=r"valve\.solenoid\.opening_curve: names a file"):
+        read_recorded_machine('[valve.solenoid]\nopening_curve = "curve.csv"\n')
+
+
+@pytest.mark.parametrize("way", COPIES)
+def test_a_machine_equals_its_copies(way, tmp_path):
+    curve = np.array([[0.0, 0.0], [1e-3, 0.4], [2e-3, 1.0]])
+    rich = Machine().with_(
+        valve_solenoid_opening_curve=curve,
+        effects_ring_leakage_area="0.1 mm^2",
+        supply_control_pressure="0.8 MPa gauge",
+    )
+    outside = (
+        Machine().with_effects("docs/examples/data/tapered_bore.py").with_(effects_tapered_bore_friction="60 N s/m")
+    )
+    machines = [Machine(), rich, outside, rich.with_(engine_bore="90 mm")]
+    for machine in machines:
+        copied = COPIES[way](machine)
+        assert copied == machine and (copied != machine) is False and hash(copied) == hash(machine)
+    for machine in machines[:2]:
+        (tmp_path / "machine.toml").write_text(machine.to_toml(), encoding="utf-8")
+        loaded = Machine.load(tmp_path / "machine.toml")
+        assert loaded == machine and {loaded: 1}[machine] == 1
+    assert len(set(machines)) == 4 and rich != rich.with_(valve_solenoid_opening_curve=curve * [2.0, 1.0])
+    assert Machine() != tuple(Machine()) and Machine() != 1 and Machine() is not None
+
+
+def test_errors_can_be_pickled():
+    errors = []
+    for call in (lambda: apesim.run_engine(Machine(), 600), lambda: apesim.read_archive("no.h5")):
+        with pytest.raises((apesim.InputError, apesim.ArchiveError)) as caught:
+            call()
+        errors.append(caught.value)
+    errors.append(apesim.InputError(fault for fault in errors[0].faults))
+    errors.append(apesim.NotConverged("a point", "does not repeat", "change it", found("ValveMap")))
+    for error in errors:
+        again = pickle.loads(pickle.dumps(error))
+        assert type(again) is type(error) and str(again) == str(error)
+    assert again.result == found("ValveMap")
+
+
+def test_results_come_back_from_other_processes():
+    machines = [Machine(), Machine().with_(supply_pressure="0.8 MPa gauge")]
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        results = pool.map(apesim.run_valve, machines)
+    assert results == [apesim.run_valve(machine) for machine in machines]
