@@ -454,10 +454,10 @@ class Result(Mapping[str, Any]):
 
 def _are_same(one: Scalar | Trace, other: Scalar | Trace) -> bool:
     """Whether two numbers or traces are the same; NaN is NaN."""
-    values = [item.value if isinstance(item, Scalar) else item.values for item in (one, other)]
-    are_floats = all(np.asarray(value).dtype.kind == "f" for value in values)
+    mine, theirs = (item.value if isinstance(item, Scalar) else item.values for item in (one, other))
+    are_floats = all(np.asarray(value).dtype.kind == "f" for value in (mine, theirs))
     told = [(getattr(item, "dims", ()), item.unit, item.long_name) for item in (one, other)]
-    return told[0] == told[1] and np.array_equal(*values, equal_nan=are_floats)
+    return told[0] == told[1] and np.array_equal(mine, theirs, equal_nan=are_floats)
 
 
 def attributes_of(item: Scalar | Trace) -> dict[str, str]:

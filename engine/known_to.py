@@ -262,8 +262,8 @@ class KnownTo(Declaration):
             raise InvalidValue(first.wrong, first.right, tuple(faults))
         return tuple(known_to.items())
 
-    def convert(self, value: Any) -> tuple[Any, ...]:
-        """Return a checked table as a tuple, see `Declaration.convert`."""
+    def _converted(self, value: Any) -> tuple[Any, ...]:
+        """Convert a checked table to a tuple, see `Declaration.convert`."""
         return value if isinstance(value, tuple) else tuple(value)
 
     def check(self, value: Any) -> None:

@@ -18,7 +18,8 @@ from apesim.quantities.settings import differences
 if TYPE_CHECKING:
     from apesim.archive import Archive
 
-P, R = ParamSpec("P"), TypeVar("R")
+P = ParamSpec("P")
+R = TypeVar("R")
 QUANTITIES = {float, int, tuple}
 """Types of what is read as a quantity or as a list of them, with its own words for what is wrong."""
 

@@ -155,8 +155,8 @@ class Curve(Declaration):
         if not np.all(np.isfinite(array)) or np.any(np.diff(array[:, 0]) <= 0.0):
             raise InvalidValue("is not finite, or its first column does not rise", "give finite floats in SI, sorted")
 
-    def convert(self, value: Any) -> np.ndarray:
-        """Return a checked array as floats that lie as the kernels are compiled for, see `Declaration.convert`."""
+    def _converted(self, value: Any) -> np.ndarray:
+        """Convert a checked array to floats that lie as the kernels are compiled for, see `Declaration.convert`."""
         lies_right = type(value) is np.ndarray and value.dtype == float and value.flags.carray
         return value if lies_right else np.array(value, dtype=float, order="C")
 

@@ -57,6 +57,10 @@ class Declaration:
         >>> Quantity("mm", 1, 50, "chosen").convert(Fraction(1, 100)), Choice(("a", "b"), "chosen").convert(1)
         (0.01, 1)
         """
+        return self._converted(value)
+
+    def _converted(self, value: Any) -> Any:
+        """Convert a checked value, see `convert`."""
         raise NotImplementedError
 
     def __get_pydantic_core_schema__(self: Any, source: Any, handler: Any) -> Any:
@@ -269,8 +273,8 @@ class Quantity(Declaration):
                 f"{self._shown(value)} is no whole number", f"give {math.floor(value)} or {math.ceil(value)}"
             )
 
-    def convert(self, value: Any) -> float:
-        """Return a checked value as a float, see `Declaration.convert`."""
+    def _converted(self, value: Any) -> float:
+        """Convert a checked value to a float, see `Declaration.convert`."""
         return value if type(value) is float else float(value)
 
     def _shown(self, value: Any) -> str:
@@ -533,8 +537,8 @@ class Choice(Declaration):
             indices = ", ".join(f'{index} ("{option}")' for index, option in enumerate(self.options))
             raise InvalidValue(f"{quoted(value)} is no option", f"give one of {indices}")
 
-    def convert(self, value: Any) -> int:
-        """Return a checked index as an int, see `Declaration.convert`."""
+    def _converted(self, value: Any) -> int:
+        """Convert a checked index to an int, see `Declaration.convert`."""
         return value if type(value) is int else int(value)
 
     @property

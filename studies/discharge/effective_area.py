@@ -273,8 +273,8 @@ def evaluate_discharge(
     """
     arguments, machine = arguments_of("evaluate_discharge", machine)
     ambient = machine.ambient
-    volume = arguments.quantity("volume", volume, VOLUME)
-    temperature = arguments.quantity("temperature", temperature, TEMPERATURE)
+    size = arguments.quantity("volume", volume, VOLUME)
+    kelvin = arguments.quantity("temperature", temperature, TEMPERATURE)
     records: list[Record] = []
     if not files:
         arguments.fault("files", "no discharge test", "give the CSV of at least one")
@@ -286,8 +286,8 @@ def evaluate_discharge(
     if out is not None:
         refuse_to_replace(out, overwrite=overwrite)
     start = time.perf_counter()
-    initial = ambient.temperature if temperature is None else float(temperature)
-    vessel = Vessel(float(volume), initial, ambient.pressure, gas_of(machine.air), inf if isothermal else 0.0)
+    initial = ambient.temperature if kelvin is None else float(kelvin)
+    vessel = Vessel(float(size), initial, ambient.pressure, gas_of(machine.air), inf if isothermal else 0.0)
     with show_progress(progress, "discharge") as report:
         result = call_in_thread(discharge, vessel, records).result()
         report(len(records), len(records))

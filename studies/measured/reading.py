@@ -113,7 +113,7 @@ def read_measured(
     ('valve', ['a.csv'])
     """
     arguments = Arguments("read_measured")
-    ambient_pressure = arguments.quantity("ambient_pressure", ambient_pressure, fields(Ambient)["pressure"])
+    above: float = arguments.quantity("ambient_pressure", ambient_pressure, fields(Ambient)["pressure"])
     if bench is not None and bench not in BENCHES:
         arguments.fault("bench", f"{quoted(bench)} is no bench known here", f"write {' or '.join(BENCHES)}")
     arguments.refuse()
@@ -160,7 +160,7 @@ def read_measured(
             at = f"{section}.{READ}"
             dialect, dialect_faults = read_stated_dialect(file, at, merged, names, is_timed=is_timed)
             all_faults += dialect_faults
-        runs.append(_run(path, section, run, known, ambient_pressure, dialect, all_faults, hints, masked))
+        runs.append(_run(path, section, run, known, above, dialect, all_faults, hints, masked))
         masked = [*masked[:before], *(each._replace(run=number - 1) for each in masked[before:])]
     if all_faults:
         raise InputError(all_faults)
@@ -177,7 +177,7 @@ def read_measured(
     hints += find_absent_sensors(known_to, repeats)
     masked = [each._replace(run=first_repeats[each.run]) for each in masked]
     said = tuple(dict.fromkeys(hints))
-    return Measured(str(folder), noise, tuple(repeats), known, ambient_pressure, said, known_to, tuple(masked), scatter)
+    return Measured(str(folder), noise, tuple(repeats), known, above, said, known_to, tuple(masked), scatter)
 
 
 def _noise(file: str, given: Any, sensors: Mapping[str, Any], all_faults: list[Fault]) -> dict[str, float]:

@@ -1,6 +1,8 @@
 """The result of the workflow, from Python."""
 
+import copy
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -44,6 +46,11 @@ def test_an_explanation_says_its_verdict_and_what_it_rests_on(explanation, stage
     assert explanation.next_test["text"]
     assert "calibrating" in stages and "scoring" in stages
     assert "side_force" in explanation._repr_html_()
+
+
+def test_an_explanation_can_be_pickled_and_copied(explanation):
+    for again in (pickle.loads(pickle.dumps(explanation)), copy.deepcopy(explanation)):
+        assert repr(again) == repr(explanation) and json.dumps(again.to_dict()) == json.dumps(explanation.to_dict())
 
 
 def test_what_is_written_is_what_is_said(explanation, tmp_path):

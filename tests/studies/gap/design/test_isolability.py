@@ -1,6 +1,7 @@
 """What sensors and runs could show: sizes against the simulator itself, classes, and that residuals play no part."""
 
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -28,6 +29,11 @@ def isolability(folder):
 def found(isolability):
     assert isolability.warnings == []
     return {row["effect"]: row for row in isolability.effects}, isolability.noise
+
+
+def test_an_isolability_can_be_pickled(isolability):
+    again = pickle.loads(pickle.dumps(isolability))
+    assert repr(again) == repr(isolability) and json.dumps(again.to_dict()) == json.dumps(isolability.to_dict())
 
 
 @pytest.mark.parametrize(
