@@ -164,7 +164,7 @@ def with_supply(
     (900000.0, GasState(pressure=600000.0, temperature=300.0))
     """
     changes = {"pressure": pressure, "temperature": temperature, "control_pressure": control_pressure}
-    given = {name: value for name, value in changes.items() if value is not None}
+    given: dict[str, Any] = {name: value for name, value in changes.items() if value is not None}
     return machine._replace(supply=machine.supply._replace(**given))
 
 

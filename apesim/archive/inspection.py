@@ -349,8 +349,8 @@ def _contents(archive: Archive, folder: Path) -> Iterator[tuple[Path, str]]:
     yield folder / "machine.toml", archive.machine
     yield folder / "provenance.json", json.dumps(archive.provenance, indent=1, ensure_ascii=False) + "\n"
     header = ["name", "unit", "type", "axes", "meanings", "description"]
-    rows = ((name, v.unit, v.kind, " ".join(v.dims), v.meanings, v.description) for name, v in variables.items())
-    yield folder / "variables.csv", format_csv(header, rows)
+    described = ((name, v.unit, v.kind, " ".join(v.dims), v.meanings, v.description) for name, v in variables.items())
+    yield folder / "variables.csv", format_csv(header, described)
     columns = {"run": variables["run"]} | {n: v for n, v in variables.items() if v.dims == ("run",)}
     cells = zip(*(_cells(v, v.values) for v in columns.values()), strict=True)
     yield folder / "runs.csv", format_csv(_header(columns), cells)
