@@ -44,6 +44,18 @@ COMPILING = "compiling the model for this processor: once for each kind of run, 
 """Message where something is compiled."""
 
 
+class _LogMessages(logging.Handler):
+    """Shows what libraries log as messages of a console, a line each."""
+
+    def __init__(self, console: "Console") -> None:
+        super().__init__(logging.WARNING)
+        self.console = console
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show a record."""
+        self.console.message(f"warning: {' '.join(record.getMessage().split())} (of {record.name})")
+
+
 class Console:
     """Standard output for results, standard error for messages.
 
@@ -149,10 +161,6 @@ class Console:
         """
         from apesim.quantities.old_names import OldNameWarning
 
-        class Handler(logging.Handler):
-            def emit(handler, record: logging.LogRecord) -> None:
-                self.message(f"warning: {' '.join(record.getMessage().split())} (of {record.name})")
-
         def show(
             message: Warning | str,
             category: type[Warning],
@@ -168,7 +176,7 @@ class Console:
                 f"warning: {' '.join(str(message).split())} ({category.__name__} in {os.path.basename(filename)})"
             )
 
-        last, logging.lastResort = logging.lastResort, Handler(logging.WARNING)  # takes what has no other handler
+        last, logging.lastResort = logging.lastResort, _LogMessages(self)  # takes what has no other handler
         with warnings.catch_warnings():
             warnings.simplefilter("default", OldNameWarning)
             warnings.showwarning = show
