@@ -154,7 +154,6 @@ class Console:
         >>> with contextlib.redirect_stderr(io.StringIO()) as lines, Console().library_warnings():
         ...     warnings.showwarning("no such glyph", UserWarning, "font.py", 7)
         ...     warn_of_old_name("cantera", "thermally_perfect", "another law")
-        ...     warn_of_old_name("cantera", "thermally_perfect", "another law")
         >>> print(lines.getvalue(), end="")
         warning: no such glyph (UserWarning in font.py)
         note: "cantera" is read as "thermally_perfect": another law

@@ -85,7 +85,25 @@ class Supplies(NamedTuple):
     """Pressure that is varied, one of `PRESSURE_AXES`."""
 
     def machine_at(self, pressure: float, temperature: float) -> Machine:
-        """Give the machine the supply of a point [Pa abs], [K]."""
+        """Give the machine the supply of a point.
+
+        Parameters
+        ----------
+        pressure : float
+            Pressure that is varied [Pa abs].
+        temperature : float
+            Temperature of the supply [K].
+
+        Returns
+        -------
+        Machine
+            Machine with this supply.
+
+        Examples
+        --------
+        >>> Supplies([0.9e6], [287.0], Machine()).machine_at(0.9e6, 287.0).supply.pressure
+        900000.0
+        """
         varied = "pressure" if self.axis == PRESSURE_AXES[0] else "control_pressure"
         return with_supply(self.base, **{varied: pressure}, temperature=temperature)
 

@@ -1,6 +1,7 @@
 """Processes that tests start."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -25,3 +26,8 @@ def start_python(script, folder):
     return subprocess.Popen(
         [sys.executable, "-c", script], cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True
     )
+
+
+def without_stages(text):
+    """What a command said on standard error, but for how long the stages of its work took."""
+    return re.sub(r"^[a-z ]+: [\d.]+ s\n", "", text, flags=re.MULTILINE)

@@ -397,9 +397,9 @@ class Pressure(Quantity):
             raise InvalidValue(f"{quoted(raw)}: no ambient pressure is known here to stand above")
         return si_value(raw, body.strip(), self.unit, ambient_pressure)
 
-    def convert(self, value: Any) -> float:
-        """Return a checked value as a float, see `Declaration.convert`; what was said as absolute stays so."""
-        return value if isinstance(value, AbsolutePressure) else super().convert(value)
+    def _converted(self, value: Any) -> float:
+        """Convert a checked value to a float, see `Declaration.convert`; what was said as absolute stays so."""
+        return value if isinstance(value, AbsolutePressure) else super()._converted(value)
 
     def as_said(self, value: float) -> float:
         """Mark a pressure as said as absolute, where others are said as gauge.

@@ -12,8 +12,10 @@ def warn_of_old_name(old: str, new: str, reason: str) -> None:
 
     Parameters
     ----------
-    old, new : str
-        Both names.
+    old : str
+        Name that was read.
+    new : str
+        Name that it has today.
     reason : str
         What is different today.
 

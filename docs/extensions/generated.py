@@ -107,7 +107,8 @@ def _find_fitted_keys() -> set[str]:
 RUN_KEYS = {
     "data": "file with the traces, in the folder or below it",
     "name": "name of the run; repeats of one run share it; the file if left out",
-    "supply": "pressure of the supply, that of the control air, too",
+    "supply": "pressure of the supply; of the control air, too, unless an engine's has its own",
+    "control_supply": "pressure of the engine's control air; the machine file's, or that of the supply, if left out",
     "temperature": "temperature of the supply; the machine file's if left out",
     "pulse": "time for which the solenoids are energised",
     "speed": "speed of the engine",

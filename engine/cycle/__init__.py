@@ -18,8 +18,9 @@ A second exhaust valve would touch, in this order:
    a sum over both valves;
 7. the effects of the exhaust, which act on one valve or on both: in `apesim.engine.effects` `exhaust_timing`,
    `exhaust_restriction`, `exhaust_back_pressure` and `tabulated_cylinder_leak`;
-8. in `apesim.studies` `estimation.priors` (how well its area is known), `measured.prediction` (when it opens) and
-   `gap.search.phases` (which of both begins the exhaust).
+8. in `apesim.studies` `estimation.priors` (how well its area is known), `measured.prediction` (when it opens),
+   `measured.plausibility.impossible` (from where the cylinder is closed) and `gap.search.phases` (which of both begins
+   the exhaust).
 
 What shows the sum of both stays as it is: `assessment.causes`, `assessment.summary`, `figures.assessment`,
 `figures.gap.overlays` and `commands.engine.run`, all in `apesim.studies`.

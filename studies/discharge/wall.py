@@ -182,7 +182,7 @@ class _Solution(NamedTuple):
     residuals: np.ndarray
     """In standard deviations of the noise."""
     jacobian: np.ndarray
-    """Of the residuals by the unknowns."""
+    """Derivatives of the residuals by the unknowns."""
     cost: float
     """Sum of the squares of the residuals."""
 

@@ -158,7 +158,9 @@ class Fit(Result):
         >>> import apesim
         >>> from apesim.studies.gap.example_bench import write_example
         >>> with TemporaryDirectory() as folder:
-        ...     write_example(Path(folder, "measured"))
+        ...     measured = Path(folder, "measured")
+        ...     measured.mkdir()
+        ...     write_example(measured)
         ...     fitted = apesim.fit(f"{folder}/measured", ["valve.viscous_friction"])
         ...     _ = fitted.write(f"{folder}/fitted")
         ...     again = apesim.Machine.load(f"{folder}/fitted/machine.toml")

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from apesim.engine.machine import Machine
 from apesim.quantities import Quantity
 from apesim.quantities.settings import dumps
-from apesim.studies.figures.identify import fit_figures
 from apesim.studies.lineage import find_lineage
 from apesim.studies.output import make_folder, write_file
 
@@ -43,7 +42,9 @@ def write_fit(fit: "Fit", folder: str | PathLike[str], *, overwrite: bool = Fals
     >>> import apesim
     >>> from apesim.studies.gap.example_bench import write_example
     >>> with TemporaryDirectory() as folder:
-    ...     write_example(Path(folder, "measured"))
+    ...     measured = Path(folder, "measured")
+    ...     measured.mkdir()
+    ...     write_example(measured)
     ...     fitted = apesim.fit(f"{folder}/measured", ["valve.viscous_friction"])
     ...     [path.name for path in write_fit(fitted, f"{folder}/fitted")]
     ['fit.json', 'machine.toml', 'fit_1.png', 'fit_1.pdf']
@@ -58,6 +59,8 @@ def write_fit(fit: "Fit", folder: str | PathLike[str], *, overwrite: bool = Fals
     paths = [folder / "fit.json", folder / "machine.toml"]
     write_file(paths[0], json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     write_file(paths[1], _machine_text(fit, lineage, folder))
+    from apesim.studies.figures.identify import fit_figures
+
     return paths + fit_figures(fit, folder)
 
 

@@ -51,7 +51,7 @@ class OptimalCommands(GridResult):
     @classmethod
     def _holds(cls, archive: Archive) -> bool:
         """Judge whether an archive is that of the best commands."""
-        return "searched_energise" in archive.provenance and "uncorrected_energise_deg" in archive.variables
+        return "searched_energise" in archive.provenance and "fixed_energise_deg" in archive.variables
 
     @classmethod
     def _recorded(cls, archive: Archive) -> dict[str, Any]:

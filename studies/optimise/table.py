@@ -283,7 +283,7 @@ def optima_of(archive: Archive) -> tuple[Optimum, ...]:
         optima.append(
             Optimum(
                 SPEED.read(f"{float(v['speed_rpm'])!r} rpm"),
-                _point_in(v, "uncorrected"),
+                _point_in(v, "fixed"),
                 {goal: _point_in(v, NAMES[goal]) for goal in goals},
                 [point for row in rows if (point := _point_in(row, "front"))],
                 int(v["sketches"]),

@@ -53,8 +53,8 @@ def timing_tables(timing_map: TimingMap, supply: tuple[float, float], ambient_pr
     >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.timing.grid import map_timing
     >>> from apesim.studies.operating_conditions import Supplies
-    >>> timing_map = map_timing(Supplies([1.1e6], [287.0], Machine()), [94.0], jobs=1)
-    >>> sentence, table = timing_tables(timing_map, (1.1e6, 287.0), ambient_pressure=101325.0)
+    >>> timing_map = map_timing(Supplies([1.101325e6], [287.0], Machine()), [94.0], jobs=1)
+    >>> sentence, table = timing_tables(timing_map, (1.101325e6, 287.0), ambient_pressure=101325.0)
     >>> sentence
     'The targets are reached at all 1 points; at 0 of them the piston turns back before its open stop.'
     >>> str(table.title), table.row_count
@@ -248,7 +248,7 @@ def error_line(timing_map: TimingMap) -> str:
 
     Examples
     --------
-    >>> import numpy as np
+    >>> from apesim.archive import Archive
     >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.timing.table import Axes, InterpolationError
     >>> axes, tables = Axes(np.array([94.0]), np.array([1.1e6]), np.array([287.0])), np.array([[[0.7]]])

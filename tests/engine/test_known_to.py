@@ -72,8 +72,8 @@ def test_it_is_kept_by_a_machine_with_an_effect_from_outside():
 def test_every_fault_is_told_with_the_right_form(path):
     path.write_text('[known_to]\n"valve.strok" = "1 %"\n"valve.stroke" = "1"\nengine.intake = "1 %"\n')
     assert lines(path) == [
-        "known_to.valve.strok: unknown key; did you mean valve.stroke?",
         'known_to.valve.stroke: \'1\' has no unit; write e.g. "1 %" or "0.09 mm"',
+        "known_to.valve.strok: unknown key; did you mean valve.stroke?",
         "known_to.engine.intake: is no number that can be known within a standard deviation; leave it out",
     ]
     path.write_text('known_to = "1 %"\n')

@@ -159,4 +159,9 @@ def test_varied_keys_in_si_and_in_text_make_the_same_machines():
     text = apesim.sweep(Machine(), "600 rpm", intake="ideal", vary=["supply.pressure=0.6:1.0:0.4 MPa gauge"])
     si = apesim.sweep(Machine(), "600 rpm", intake="ideal", vary={"supply_pressure": [ambient + 0.6e6, 1.101325e6]})
     same_values(text.archive, si.archive)
+
+
+def test_a_varied_number_makes_the_plan_of_its_text():
+    text = apesim.sweep(Machine(), "600 rpm", intake="ideal", vary=["engine.bore=80 mm, 90 mm"])
+    si = apesim.sweep(Machine(), "600 rpm", intake="ideal", vary={"engine_bore": [80e-3, 90e-3]})
     assert text.archive.provenance["plan_hash"] == si.archive.provenance["plan_hash"]

@@ -22,7 +22,7 @@ MAX_COLUMNS = 3
 LABEL_LETTERS = 44
 """Letters on a line of a legend: half the width of a page."""
 Side = Literal["lower", "upper"]
-"""Where the legend of a figure stands: below the panels, or above them."""
+"""Places of the legend of a figure: below the panels, or above them."""
 OUTSIDE: dict[Side, Literal["outside lower center", "outside upper center"]] = {
     "lower": "outside lower center",
     "upper": "outside upper center",

@@ -14,7 +14,7 @@ from apesim.studies.timing import summary as timing
 WORDS = {"stroke", "brake", "solenoids", "commands", "full lift", "then fails", ""}
 """Heads of columns that hold words."""
 HEADERS = {
-    "engine timing": [name for *_, name in timing.SHOWN],
+    "engine timing": [head for _, head, _ in timing.SHOWN],
     "engine optimise": optimise.HEADER,
     "engine limit": engine_limit.HEADER,
     "engine assess": [*assessment.LATE_HEADINGS, *(name for *_, name in assessment.BESIDE)],

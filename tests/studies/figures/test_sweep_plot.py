@@ -45,13 +45,13 @@ def drawn(ax):
 def test_each_pressure_has_its_line():
     ax = swept(["epv"], supply_pressure=PRESSURES).plot()
     lines = drawn(ax)
-    assert list(lines) == [f"supply pressure {text}" for text in PRESSURES] and ax.get_title() == "EPV, uncorrected"
+    assert list(lines) == [f"supply pressure {text}" for text in PRESSURES] and ax.get_title() == "EPV, fixed"
     assert list(lines.values()) == [[0.0, 100.0], [10.0, 110.0], [20.0, 120.0]]
 
 
 def test_without_a_varied_key_each_actuation_has_its_line():
     ax = swept(["epv", "cam"]).plot()
-    assert list(drawn(ax)) == ["EPV, uncorrected", "cam"] and ax.get_title() == ""
+    assert list(drawn(ax)) == ["EPV, fixed", "cam"] and ax.get_title() == ""
 
 
 def test_a_key_of_one_value_stands_in_the_title():
@@ -65,7 +65,7 @@ def test_four_actuations_at_three_pressures_are_told_apart_by_colour_and_marker(
     assert len(ax.lines) == 12 and ax.get_title() == ""
     assert len({(line.get_color().tobytes(), line.get_marker()) for line in ax.lines}) == 12
     named = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert named[:2] == ["EPV, uncorrected", "EPV, corrected"] and named[4:] == [
+    assert named[:2] == ["EPV, fixed", "EPV, corrected"] and named[4:] == [
         f"supply pressure {text}" for text in PRESSURES
     ]
 

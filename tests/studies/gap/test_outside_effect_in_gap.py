@@ -84,7 +84,7 @@ def test_its_name_may_be_left_out_where_the_machine_has_it(machine):
 
 def test_a_machine_with_one_is_taken_beside_measured_data(machine):
     measured = Measured("", {}, ())
-    assert open_measured("explain", machine, measured)[0] is measured
+    assert open_measured("explain", machine, measured)[1] is measured
     wrong = machine._replace(valve=machine.valve._replace(stroke=-1.0))
     with pytest.raises(InputError, match=r"explain\(\): valve\.stroke"):
         open_measured("explain", wrong, measured)

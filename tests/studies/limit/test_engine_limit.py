@@ -170,7 +170,7 @@ def test_the_command_states_the_machine_s_own_limit_and_where_the_lowest_of_the_
 
 def test_the_machine_s_own_point_is_computed_where_the_grid_does_not_hold_it(apesim):
     own = ["--set", 'supply.control_pressure="0.8 MPa gauge"', "--set", 'engine.receiver.volume="inf"']
-    grid = ["--pressure", "1 MPa gauge", "--temperature", "287 K", "--duration", "75 deg", "--jobs", "1"]
+    grid = ["--control-pressure", "1 MPa gauge", "--temperature", "287 K", "--duration", "75 deg", "--jobs", "1"]
     code, out, _ = apesim("engine", "limit", *grid, *own)
     assert code == 0 and "own" in out and "lowest of the grid" in out
     code, out, _ = apesim("engine", "limit", *grid, *own, "--json", "--overwrite", "--no-figures")

@@ -34,7 +34,7 @@ def with_block(values, first, length, value):
 
 
 def said(measured):
-    measured, _ = open_measured("check", MACHINE, measured)
+    _, measured, _ = open_measured("check", MACHINE, measured)
     return measured, [(str(one.kind), str(one.check)) for one in examine(MACHINE, measured).findings]
 
 
@@ -71,7 +71,7 @@ def test_a_block_of_what_cannot_be_is_masked_or_refused_on_the_bench_of_the_engi
 def test_what_is_masked_is_said_with_its_value_and_its_place(tmp_path):
     times, channels = noisy()
     spoilt = channels | {"lift": with_block(channels["lift"], 50, 5, -1e-3)}
-    measured, _ = open_measured("check", MACHINE, folder_of(tmp_path, (times, spoilt)))
+    _, measured, _ = open_measured("check", MACHINE, folder_of(tmp_path, (times, spoilt)))
     [finding] = examine(MACHINE, measured).findings
     assert "-1 mm" in finding.seen and "7.5 to 8.5 ms" in finding.seen and "masked" in finding.seen
 

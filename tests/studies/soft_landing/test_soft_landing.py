@@ -49,6 +49,7 @@ from apesim.studies.soft_landing.strokes import (
 )
 from apesim.valve.effects.bounce import Bounce
 from tests.machines import AMBIENT, machine
+from tests.processes import without_stages
 from tests.truth.simulator.valve import POSITION, Bench, simulate
 from tests.truth.simulator.valve import SPEED as VELOCITY
 
@@ -351,7 +352,7 @@ def soft_landing(apesim, monkeypatch):
 def test_the_command_gives_patterns_whose_edges_repeat_its_numbers(soft_landing):
     code, out, err = soft_landing("--pressure", "1 MPa gauge", "--spacing", "0.6 ms", "--json", "--no-figures")
     data = json.loads(out)
-    assert code == 0 and err == "" and data["reachable"]
+    assert code == 0 and without_stages(err) == "" and data["reachable"]
     opening, closing = data["points"]
     edges_a, edges_b = (), ()
     for point, command in ((opening, 0.0), (closing, DWELL)):

@@ -25,6 +25,7 @@ from apesim.studies.sweep.compute import compute
 from apesim.studies.sweep.plan import FIXED, plan
 from apesim.studies.sweep.results import archive_of
 from apesim.studies.sweep.variation import Variation
+from tests.processes import without_stages
 
 RPM = np.pi / 30.0
 SPEEDS = [600.0 * RPM, 900.0 * RPM, 1200.0 * RPM]
@@ -325,7 +326,7 @@ def test_a_sweep_that_is_finished_says_so_and_ends_with_0(apesim):
     Path(".sweep.h5.0123abcd.tmp").write_bytes(b"half")
     Path(".sweep.h5.notes.tmp").write_bytes(b"mine")
     code, out, err = apesim("engine", "sweep", *FAST, "--resume")
-    assert code == 0 and err == ""
+    assert code == 0 and without_stages(err) == ""
     assert "finished already, its 6 runs checked" in out and json.loads(first)["content_sha256"] in out
     assert Path("sweep.h5").read_bytes() == content
     assert sorted(os.listdir()) == [".sweep.h5.notes.tmp", "sweep.h5"]
