@@ -8,7 +8,7 @@ class OldNameWarning(FutureWarning):
 
 
 def warn_of_old_name(old: str, new: str, reason: str) -> None:
-    """Warn that an old name was read; Python shows the same warning once.
+    """Warn by `OldNameWarning` that an old name was read; Python shows the same warning once.
 
     Parameters
     ----------
@@ -18,11 +18,6 @@ def warn_of_old_name(old: str, new: str, reason: str) -> None:
         Name that it has today.
     reason : str
         What is different today.
-
-    Warns
-    -----
-    OldNameWarning
-        Always.
 
     Examples
     --------

@@ -81,9 +81,8 @@ def test_every_fault_is_told_at_once_with_the_right_form(folder):
         ('"engine.bore" = "1 %"', "engine.bore: cannot matter on the valve's bench; leave it out"),
         ('"sensor.torque.gain" = "1 %"', "sensor.torque.gain: cannot matter on the valve's bench; leave it out"),
     ]
-    assert faults(folder("[known_to]", *(line for line, _ in lines))) == [
-        f"measured.toml: known_to.{right}" for _, right in lines
-    ]
+    found = faults(folder("[known_to]", *(line for line, _ in lines)))
+    assert sorted(found) == sorted(f"measured.toml: known_to.{right}" for _, right in lines)
     assert faults(folder('known_to = "1 %"')) == [
         'measured.toml: known_to: \'1 %\' is no table; write [known_to] and "valve.stroke" = "0.05 mm"'
     ]
