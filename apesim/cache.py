@@ -3,6 +3,7 @@
 import atexit
 import contextlib
 import os
+import warnings
 from pathlib import Path
 
 _temporary: list[tuple[Path, int]] = []
@@ -97,6 +98,20 @@ def explain_temporary() -> str:
     'set APESIM_CACHE_DIR to a folder of yours that can be written'
     """
     return _explanation if any(process == os.getpid() for _, process in _temporary) else ""
+
+
+def warn_of_temporary() -> None:
+    """Warn by `CacheWarning` that nothing is kept for later runs, in the words of `explain_temporary`.
+
+    Examples
+    --------
+    >>> with warnings.catch_warnings(record=True) as caught:
+    ...     warnings.simplefilter("always")
+    ...     warn_of_temporary()
+    >>> caught[0].category.__name__
+    'CacheWarning'
+    """
+    warnings.warn(explain_temporary(), CacheWarning, stacklevel=3)
 
 
 def temporary_folder(name: str) -> Path:

@@ -15,7 +15,6 @@ import os
 import platform
 import shutil
 import sys
-import warnings
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, Protocol, TypeVar, overload
@@ -27,7 +26,7 @@ from numba.core import event, types
 from numba.core.caching import FunctionCache
 from numba.core.typing.templates import AbstractTemplate, infer_global
 
-from apesim.cache import CacheWarning, cache_root, explain_temporary, private_folder, temporary_folder
+from apesim.cache import cache_root, private_folder, temporary_folder, warn_of_temporary
 
 LAYERS = ("apesim", "apesim.valve", "apesim.engine")
 UPPER_LAYERS = ("valve", "engine", "studies")
@@ -115,7 +114,7 @@ def cache_folder() -> Path:
     folder = private_folder(name)
     if folder is None:
         folder = temporary_folder(name)
-        warnings.warn(explain_temporary(), CacheWarning, stacklevel=2)
+        warn_of_temporary()
     elif is_new:
         _prune(folder, "kernels-*", FOLDERS_KEPT)
     return folder
