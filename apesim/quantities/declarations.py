@@ -37,6 +37,8 @@ class Declaration:
     """Whether it is a table of texts, whose keys are no keys of the tree."""
     entry = ""
     """A right entry of such a table in TOML."""
+    is_gauge = False
+    """Whether it is a pressure that is shown above the ambient pressure."""
 
     def convert(self, value: Any) -> Any:
         """Return a checked value in the type that the kernels are compiled for.
@@ -372,6 +374,11 @@ class Pressure(Quantity):
 
     suffix = " abs"
 
+    @property
+    def is_gauge(self) -> bool:  # type: ignore[override]
+        """Whether it is shown above the ambient pressure, unless it was said as absolute."""
+        return self.show == "gauge"
+
     def __init__(
         self,
         low: float,
@@ -420,7 +427,7 @@ class Pressure(Quantity):
         >>> supply.render(supply.as_said(5e5), ambient_pressure=1e5)
         '0.5 MPa abs'
         """
-        return AbsolutePressure(value) if self.show == "gauge" and math.isfinite(value) else value
+        return AbsolutePressure(value) if self.is_gauge and math.isfinite(value) else value
 
     def render(self, value: float, ambient_pressure: float | None = None) -> str:
         """Return the shortest text that reads back as a pressure.
@@ -446,8 +453,8 @@ class Pressure(Quantity):
         value = self.convert(value)
         if not math.isfinite(value):
             return super().render(value)
-        is_gauge = self.show == "gauge" and not isinstance(value, AbsolutePressure)
-        reference = ambient_pressure if is_gauge else None
+        is_absolute = isinstance(value, AbsolutePressure) or not self.is_gauge
+        reference = None if is_absolute else ambient_pressure
         number = unit(self.unit).shortest(value, reference or 0.0)
         return f"{number} {self.unit} {'abs' if reference is None else 'gauge'}"
 

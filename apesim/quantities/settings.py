@@ -328,8 +328,7 @@ def differences(tree: Any) -> Iterator[tuple[str, str]]:
     """
     ambient, standard_ambient = ambient_of(tree), ambient_of(type(tree))
     for standard, leaf in zip(schema(type(tree)), schema(type(tree), tree), strict=True):
-        is_gauge = getattr(leaf.declaration, "show", "abs") == "gauge"
-        if leaf.default is standard.default and not is_gauge:
+        if leaf.default is standard.default and not leaf.declaration.is_gauge:
             continue
         text = leaf.declaration.render(leaf.default, ambient)
         usual = standard.declaration.render(standard.default, standard_ambient)

@@ -399,10 +399,8 @@ def move_gauge_pressures(tree: Tree, before: float | None, after: float | None, 
     if before is None or after is None or before == after:
         return tree
     for leaf in schema(type(tree), tree):
-        is_gauge = getattr(leaf.declaration, "show", "abs") == "gauge" and not isinstance(
-            leaf.default, AbsolutePressure
-        )
-        if is_gauge and leaf.key not in said and isfinite(leaf.default):
+        moves = leaf.declaration.is_gauge and not isinstance(leaf.default, AbsolutePressure)
+        if moves and leaf.key not in said and isfinite(leaf.default):
             text = leaf.declaration.render(leaf.default, before)
             tree = with_value(tree, leaf.key, leaf.declaration.read(text, after))
     return tree
