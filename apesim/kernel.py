@@ -319,7 +319,7 @@ def kernel(function: Callable[..., Any] | None = None, *, inline: bool = True) -
     """
     if function is None:
         return functools.partial(kernel, inline=inline)
-    bare: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": inline}
+    bare: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": inline, "_nrt": False}
     compiled = numba.njit(**OPTIONS, **bare)(function)
     function.compiled = compiled  # type: ignore[attr-defined]  # by_type finds it there
     _let_call(function, lambda first: compiled)

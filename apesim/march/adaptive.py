@@ -300,7 +300,7 @@ def _sample(
     return sampled
 
 
-@kernel(inline=False)
+@kernel
 def _step(
     p: Any,
     t: float,
@@ -312,11 +312,12 @@ def _step(
     jacobian: np.ndarray,
     k: np.ndarray,
     u: np.ndarray,
+    room: np.ndarray,
     trial: np.ndarray,
 ) -> bool:
     """A step from (t, y), k[0] given; trial ends as the new state, k[6] as its rates. False outside the domain."""
     if implicit:
-        return implicit_stages(p, t, h, y, mode, scale, jacobian, k, trial, u)
+        return implicit_stages(p, t, h, y, mode, scale, jacobian, k, trial, u, room)
     return stages(p, t, h, y, mode, scale.shape[0], k, trial)
 
 
@@ -436,7 +437,7 @@ def march(
     k, c = np.zeros((7, y.shape[0])), np.zeros((5, n))
     trial, at, slope = y.copy(), np.empty(n), np.empty(y.shape[0])
     u, implicit = np.zeros((STAGES, y.shape[0])), False
-    jacobian, has_jacobian = np.empty((y.shape[0], n + 1)), False
+    jacobian, room, has_jacobian = np.empty((y.shape[0], n + 1)), np.empty((n, n + 2)), False
     g, g_end = np.full(EVENTS, -1.0), np.full(EVENTS, -1.0)
     w, w_end = np.zeros(EVENTS), np.zeros(EVENTS)
     steps = rejected = evaluations = happened = logged = sampled = 0
@@ -464,12 +465,12 @@ def march(
             if h < MIN_STEP and h < whole:
                 return Outcome(Status.STEP_TOO_SMALL, steps, rejected, evaluations, happened, logged, work)
             if implicit and not has_jacobian:
-                taken = slopes_of_rates(p, t, h, y, mode, scale, k, trial, jacobian)
+                taken = slopes_of_rates(p, t, h, y, mode, scale, k, trial, jacobian, room)
                 evaluations += taken
                 has_jacobian = taken > 0
             evaluations += EVALUATIONS_IN_A_STEP
             in_domain = has_jacobian or not implicit
-            if not (in_domain and _step(p, t, h, y, mode, implicit, scale, jacobian, k, u, trial)):
+            if not (in_domain and _step(p, t, h, y, mode, implicit, scale, jacobian, k, u, room, trial)):
                 rejected += 1
                 h_next = 0.25 * h
                 was_rejected = True
@@ -497,7 +498,7 @@ def march(
                 h *= share
                 again = implicit and h > MIN_STEP  # none of the length 0 can be implicit
                 evaluations += EVALUATIONS_IN_A_STEP
-                inside = _step(p, t, h, y, mode, again, scale, jacobian, k, u, trial)
+                inside = _step(p, t, h, y, mode, again, scale, jacobian, k, u, room, trial)
                 if not (inside and _error(h, y, trial, again, k, u, accuracy) <= MAX_ERROR_TO_EVENT):
                     if h < MIN_STEP:
                         return Outcome(Status.STEP_TOO_SMALL, steps, rejected, evaluations, happened, logged, work)

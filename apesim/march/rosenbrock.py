@@ -69,6 +69,7 @@ def slopes_of_rates(
     k: np.ndarray,
     trial: np.ndarray,
     jacobian: np.ndarray,
+    room: np.ndarray,
 ) -> int:
     """Take the slopes of the rates of states and ledger, over the states and over time.
 
@@ -94,6 +95,8 @@ def slopes_of_rates(
         Overwritten.
     jacobian : (m, n + 1) float array
         Slopes over the states, and over time in the last column; filled.
+    room : (n, n + 2) float array
+        Overwritten in its last two columns: which states stand still, and whose slopes are taken.
 
     Returns
     -------
@@ -116,13 +119,13 @@ def slopes_of_rates(
     ...     dy[0] = -p.rate * y[0]
     ...     return True
     >>> p, y, mode = Decay(rate=2.0), np.array([1.0]), np.zeros(1)
-    >>> k, trial, jacobian = np.zeros((7, 1)), np.empty(1), np.empty((1, 2))
+    >>> k, trial, jacobian, room = np.zeros((7, 1)), np.empty(1), np.empty((1, 2)), np.empty((1, 3))
     >>> _ = slopes(p, 0.0, y, mode, k[0])
-    >>> slopes_of_rates(p, 0.0, 0.1, y, mode, np.ones(1), k, trial, jacobian), round(float(jacobian[0, 0]), 6)
+    >>> slopes_of_rates(p, 0.0, 0.1, y, mode, np.ones(1), k, trial, jacobian, room), round(float(jacobian[0, 0]), 6)
     (3, -2.0)
     """
     m, n = y.shape[0], scale.shape[0]
-    is_still, is_taken = np.empty(n, np.bool_), np.zeros(n, np.bool_)
+    still, taken = n, n + 1
     for i in range(m):
         trial[i] = y[i]
     later = t + max(NUDGE_IN_TIME * h, LEAST_NUDGE_IN_TIME * max(abs(t), h))
@@ -131,16 +134,17 @@ def slopes_of_rates(
     for i in range(m):
         jacobian[i, n] = (k[1, i] - k[0, i]) / (later - t)
     for j in range(n):
-        is_still[j] = k[0, j] == 0.0 and k[1, j] == 0.0
+        room[j, still] = 1.0 if k[0, j] == 0.0 and k[1, j] == 0.0 else 0.0
+        room[j, taken] = 0.0
         for i in range(m):
             jacobian[i, j] = 0.0
     evaluations, before = 1, 0
     while before < evaluations:
         before = evaluations
         for j in range(n):
-            if is_still[j] or is_taken[j]:
+            if room[j, still] or room[j, taken]:
                 continue
-            is_taken[j] = True
+            room[j, taken] = 1.0
             evaluations += 2
             nudge = NUDGE * abs(y[j])
             if nudge <= scale[j]:
@@ -151,7 +155,8 @@ def slopes_of_rates(
                 if not slopes(p, t, trial, mode, k[1]):
                     return 0
                 for i in range(n):
-                    is_still[i] = is_still[i] and k[1, i] == 0.0
+                    if k[1, i] != 0.0:
+                        room[i, still] = 0.0
                 for i in range(m):
                     jacobian[i, j] = (k[1, i] - jacobian[i, j]) / (high - low) if end == high else k[1, i]
             trial[j] = y[j]
@@ -159,15 +164,18 @@ def slopes_of_rates(
 
 
 @kernel(inline=False)
-def _factorise(matrix: np.ndarray, pivots: np.ndarray) -> bool:
-    """Factorise a matrix in place into triangles, with partial pivoting. False where it is singular."""
+def _factorise(matrix: np.ndarray) -> bool:
+    """Factorise a matrix (n, n + 2) in place into triangles, with partial pivoting. False where it is singular.
+
+    Column n is filled with the rows that were exchanged; column n + 1 is left for a right-hand side.
+    """
     n = matrix.shape[0]
     for column in range(n):
         pivot = column
         for i in range(column + 1, n):
             if abs(matrix[i, column]) > abs(matrix[pivot, column]):
                 pivot = i
-        pivots[column] = pivot
+        matrix[column, n] = pivot
         if not abs(matrix[pivot, column]) > 0.0:
             return False
         if pivot != column:
@@ -181,17 +189,19 @@ def _factorise(matrix: np.ndarray, pivots: np.ndarray) -> bool:
 
 
 @kernel(inline=False)
-def _substitute(matrix: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
-    """Solve for the right-hand side x, in place, with the factors of `_factorise`."""
+def _substitute(matrix: np.ndarray) -> None:
+    """Solve for the right-hand side in the last column, in place, with the factors of `_factorise`."""
     n = matrix.shape[0]
+    x = n + 1
     for i in range(n):
-        x[i], x[pivots[i]] = x[pivots[i]], x[i]
+        pivot = int(matrix[i, n])
+        matrix[i, x], matrix[pivot, x] = matrix[pivot, x], matrix[i, x]
         for j in range(i):
-            x[i] -= matrix[i, j] * x[j]
+            matrix[i, x] -= matrix[i, j] * matrix[j, x]
     for i in range(n - 1, -1, -1):
         for j in range(i + 1, n):
-            x[i] -= matrix[i, j] * x[j]
-        x[i] /= matrix[i, i]
+            matrix[i, x] -= matrix[i, j] * matrix[j, x]
+        matrix[i, x] /= matrix[i, i]
 
 
 @kernel(inline=False)
@@ -206,6 +216,7 @@ def implicit_stages(
     k: np.ndarray,
     trial: np.ndarray,
     u: np.ndarray,
+    room: np.ndarray,
 ) -> bool:
     """Take an implicit step.
 
@@ -232,6 +243,8 @@ def implicit_stages(
         New state; filled.
     u : (6, m) float array
         Stages; filled. The last is the error of the step.
+    room : (n, n + 2) float array
+        Overwritten: the matrix of the stages with its pivots, and their right-hand side.
 
     Returns
     -------
@@ -260,17 +273,17 @@ def implicit_stages(
     ...     return True
     >>> p, y, mode = Decay(rate=2.0), np.array([1.0]), np.zeros(1)
     >>> k, trial, u, jacobian = np.zeros((7, 1)), np.empty(1), np.zeros((STAGES, 1)), np.array([[-2.0, 0.0]])
+    >>> room = np.empty((1, 3))
     >>> _ = slopes(p, 0.0, y, mode, k[0])
-    >>> implicit_stages(p, 0.0, 0.1, y, mode, np.ones(1), jacobian, k, trial, u), round(float(trial[0]), 5)
+    >>> implicit_stages(p, 0.0, 0.1, y, mode, np.ones(1), jacobian, k, trial, u, room), round(float(trial[0]), 5)
     (True, 0.81873)
     """
     m, n = y.shape[0], scale.shape[0]
-    matrix, pivots, x = np.empty((n, n)), np.empty(n, np.int64), np.empty(n)
     for i in range(n):
         for j in range(n):
-            matrix[i, j] = -jacobian[i, j] * (scale[j] + abs(y[j])) / (scale[i] + abs(y[i]))
-        matrix[i, i] += 1.0 / (h * GAMMA)
-    if not _factorise(matrix, pivots):
+            room[i, j] = -jacobian[i, j] * (scale[j] + abs(y[j])) / (scale[i] + abs(y[i]))
+        room[i, i] += 1.0 / (h * GAMMA)
+    if not _factorise(room):
         return False
     for s in range(STAGES):
         if s > 0:
@@ -285,10 +298,10 @@ def implicit_stages(
             for r in range(s):
                 u[s, i] += _SLOPES[s, r] / h * u[r, i]
         for i in range(n):
-            x[i] = u[s, i] / (scale[i] + abs(y[i]))
-        _substitute(matrix, pivots, x)
+            room[i, n + 1] = u[s, i] / (scale[i] + abs(y[i]))
+        _substitute(room)
         for i in range(n):
-            u[s, i] = x[i] * (scale[i] + abs(y[i]))
+            u[s, i] = room[i, n + 1] * (scale[i] + abs(y[i]))
         for i in range(n, m):
             for j in range(n):
                 u[s, i] += jacobian[i, j] * u[s, j]

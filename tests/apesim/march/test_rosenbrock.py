@@ -45,12 +45,12 @@ def steps_of(p, count, end=1.0):
     """States at the end of equal steps from 0, and the largest error of the dense output in the middle of one."""
     h, y, scale, mode = end / count, np.array([0.0, 1.0, 0.0]), np.ones(2), np.zeros(1)
     k, u, c, trial, middle = np.zeros((7, 3)), np.zeros((6, 3)), np.zeros((5, 2)), y.copy(), np.empty(2)
-    jacobian, apart = np.empty((3, 3)), 0.0
+    jacobian, room, apart = np.empty((3, 3)), np.empty((2, 4)), 0.0
     for i in range(count):
         t = i * h
         rates(p, t, y, mode, k[0])
-        assert slopes_of_rates(p, t, h, y, mode, scale, k, trial, jacobian)
-        assert implicit_stages(p, t, h, y, mode, scale, jacobian, k, trial, u)
+        assert slopes_of_rates(p, t, h, y, mode, scale, k, trial, jacobian, room)
+        assert implicit_stages(p, t, h, y, mode, scale, jacobian, k, trial, u, room)
         implicit_interpolant(y, trial, u, c)
         dense(c, 0.5, middle)
         true = np.array([sin(t + 0.5 * h), drained(t + 0.5 * h)])
@@ -102,9 +102,9 @@ def chain_rates(p, t, y, mode, dy):
 
 def test_slopes_are_taken_over_what_moves_or_is_moved_and_over_nothing_else():
     p, y, mode, k = Chain(), np.array([1.0, 5.0, 6.0, 9.0, 7.0, 8.0, 0.0]), np.zeros(1), np.zeros((7, 7))
-    jacobian = np.empty((7, 8))
+    jacobian, room = np.empty((7, 8)), np.empty((7, 9))
     rates(p, 0.0, y, mode, k[0])
-    assert slopes_of_rates(p, 0.0, 0.1, y, mode, np.full(7, 1e-9), k, np.empty(7), jacobian) == 1 + 2 * 5
+    assert slopes_of_rates(p, 0.0, 0.1, y, mode, np.full(7, 1e-9), k, np.empty(7), jacobian, room) == 1 + 2 * 5
     true = np.zeros((7, 8))
     true[0, 0], true[1, 0], true[3, 1], true[6, 7] = -2.0, 3.0, 1.0, 1.0
     assert jacobian == pytest.approx(true, abs=1e-5)
