@@ -202,6 +202,8 @@ def stream_exergy(gas: Gas, ambient: GasState, stream: Stream, pressure: float) 
     >>> round(stream_exergy(gas, ambient, Stream(0.01, 300.0), 1e6), 1)
     1982.9
     """
+    if stream.mass == 0.0:  # most streams, most of the time: no logarithm for them
+        return 0.0
     return stream.mass * flow_exergy(gas, ambient, GasState(pressure, stream.temperature))
 
 
@@ -241,6 +243,8 @@ def throttling_loss(gas: Gas, ambient: GasState, stream: Stream, pressure_1: flo
     >>> round(throttling_loss(gas, ambient, Stream(0.01, 300.0), 1e6, 1e5), 1)
     1982.9
     """
+    if stream.mass == 0.0:
+        return 0.0
     return ambient.temperature * stream.mass * gas.gas_constant * log(pressure_1 / pressure_2)
 
 
@@ -284,6 +288,8 @@ def mixing_loss(gas: Gas, ambient: GasState, stream: Stream, temperature: float)
     >>> round(mixing_loss(gas, ambient, Stream(0.01, 600.0), 300.0), 1)
     924.9
     """
+    if stream.mass == 0.0:
+        return 0.0
     heat = enthalpy(gas, stream.temperature) - enthalpy(gas, temperature)
     entropy = thermal_entropy(gas, stream.temperature) - thermal_entropy(gas, temperature)
     return ambient.temperature * stream.mass * (heat / temperature - entropy)
@@ -330,6 +336,8 @@ def exergy_brought(gas: Gas, ambient: GasState, mass_flow: float, energy_flow: f
     >>> round(exergy_brought(gas, ambient, 0.01, 0.01 * 1004.675 * 300.0, GasState(1e6, 300.0)), 1)
     1982.9
     """
+    if mass_flow == 0.0 and energy_flow == 0.0:
+        return 0.0
     entropy, temperature = entropy_above(gas, ambient, state), state.temperature
     potential = ambient.temperature * (enthalpy(gas, temperature) / temperature - entropy)
     return heat_exergy(ambient, energy_flow, temperature) + mass_flow * (potential - enthalpy(gas, ambient.temperature))

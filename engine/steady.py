@@ -16,6 +16,7 @@ from apesim.engine.machine import Machine
 from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, ZERO_CROSSING, Accuracy, Status, march
 from apesim.march.periodic import (
     MAX_CYCLES,
+    NO_RECORD,
     PERIODIC_TOLERANCE,
     Known,
     Orbit,
@@ -52,8 +53,7 @@ class SteadyRun(NamedTuple):
     work_by_quadrature: float
     """Work of the cycle by quadrature of the power over the dense output [J]."""
     exergy_end: np.ndarray
-    """State vector at the end of a march that holds the exergy ledger to the tolerance, too, with the terms of
-    `apesim.engine.exergy` behind it [J], (SIZE + RATES,)."""
+    """`end`, with the terms of `apesim.engine.exergy` behind it [J], (SIZE + RATES,)."""
     work_change: float
     """Relative change of the cycle's work at tenfold tolerance, see `apesim.march.adaptive.Accuracy.tenfold`."""
     air_change: float
@@ -102,8 +102,8 @@ def run_steady(
     start : apesim.march.periodic.Known, optional
         Periodic state of a similar machine to start from, see `known_state`; else the engine starts at rest, charged.
     estimate_error : bool
-        Whether to march two more cycles: one at tenfold tolerance for the changes of work and air, and one for the
-        exergy ledger. Without them these are NaN.
+        Whether to march one more cycle, at tenfold tolerance for the changes of work and air, and to take the exergy
+        ledger with the recorded one, whose steps hold it to the tolerance, too. Without it these are NaN.
 
     Returns
     -------
@@ -132,28 +132,36 @@ def run_steady(
         outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, *record)
         return Recorded(record.log[: outcome.logged], record.trace, y, outcome)
 
-    rest, new = charged_at_rest(p), new_record(times)
+    # To the periodic state. A cycle that is recorded on the way has no exergy ledger.
+    rest, new = charged_at_rest(p), NO_RECORD if estimate_error else new_record(times)
     orbit = periodic_orbit(p, tables, *rest, breakpoints, accuracy, periodic_tolerance, max_cycles, start, new)
     estimate_error = estimate_error and orbit.status == Status.DONE
+
+    # The recorded cycle, or cycles: to the tolerance of the exergy ledger where there is one.
+    exact, before = accuracy, orbit.y
+    if estimate_error:
+        exact, before = with_exergy(p, accuracy), np.append(orbit.y, np.zeros(RATES))
     mode = orbit.mode.copy()
-    log, trace, end, outcome = orbit.recorded or cycle(orbit.y.copy(), mode, accuracy, new_record(times))
+    log, trace, end, outcome = orbit.recorded or cycle(before.copy(), mode, exact, new_record(times))
     work, impacts = outcome.work, impact_loss(p.actuator, log)
+    for _ in range(orbit.period - 1):
+        later = cycle(end, mode, exact, new_record())
+        work += later.outcome.work
+        impacts += impact_loss(p.actuator, later.log)
+
+    # The same at tenfold tolerance, for the error.
     coarse, coarse_mode = orbit.y.copy(), orbit.mode.copy()
-    before, exergy_mode = np.append(orbit.y, np.zeros(RATES)), orbit.mode.copy()
-    exergy_end, exergy_accuracy = before.copy(), with_exergy(p, accuracy)
     if estimate_error:
         for _ in range(max(orbit.period, 1)):
             cycle(coarse, coarse_mode, accuracy.tenfold(), new_record(log_rows=0))
-            cycle(exergy_end, exergy_mode, exergy_accuracy, new_record(log_rows=0))
+
+    # The mean of a period of several cycles.
     if orbit.period > 1:
-        for _ in range(orbit.period - 1):
-            later = cycle(end, mode, accuracy, new_record())
-            work += later.outcome.work
-            impacts += impact_loss(p.actuator, later.log)
         work, impacts = work / orbit.period, impacts / orbit.period
-        end, coarse = (orbit.y + (last - orbit.y) / orbit.period for last in (end, coarse))
-        exergy_end = before + (exergy_end - before) / orbit.period
-    exergy_end[SIZE + VALVE_IMPACTS] = impacts
+        end, coarse = (first + (last - first) / orbit.period for first, last in ((before, end), (orbit.y, coarse)))
+    exergy_end, end = (end, end[:SIZE]) if estimate_error else (np.full(SIZE + RATES, nan), end)
+    if estimate_error:
+        exergy_end[SIZE + VALVE_IMPACTS] = impacts
     coarse_ledger, ledger = engine_ledger(coarse), engine_ledger(end)
     is_extremum = np.isin(log[:, 1], (ZERO_CROSSING + RECEIVER_EXTREMUM, ZERO_CROSSING + TEMPERATURE_EXTREMUM))
     return SteadyRun(
@@ -166,7 +174,7 @@ def run_steady(
         angles,
         trace,
         work,
-        exergy_end if estimate_error else np.full_like(exergy_end, nan),
+        exergy_end,
         _change(coarse_ledger.work, ledger.work) if estimate_error else nan,
         _change(coarse_ledger.flows.groove.mass, ledger.flows.groove.mass) if estimate_error else nan,
         tolerance,

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from apesim.march.acceleration import Secants
 from apesim.march.adaptive import LOG_HEAD, MAX_EVALUATIONS_TO_PERIODIC, Accuracy, Outcome, Status, march
 
 PERIODIC_TOLERANCE = 1e-8
@@ -71,6 +72,13 @@ GROWTH = 4.0
 """Factor by which such a step may grow from one to the next."""
 NUDGE = 1e-3
 """Relative change of a state for a difference of the cycle's map."""
+ENOUGH = 24
+"""Accelerated cycles at most: where they do not do, as where a bouncing valve makes the map rough, the search goes on
+from their end."""
+VAIN = 6
+"""Such cycles in a row that do not halve a gain within the solver's error, at most."""
+REPELLING = 1.001
+"""Modulus of a multiplier from which on accelerated cycles may have come to a state that repels."""
 
 
 class Known(NamedTuple):
@@ -720,6 +728,46 @@ def _from_known(drive: Drive, known: Known, tolerance: float, record: Record) ->
     return None
 
 
+def _accelerated(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float) -> Settling:
+    """Cycles between which Anderson's method leads on; of the period 0 where the search has to go on from their end.
+
+    Where a deviation changes its sign from cycle to cycle, or grows, they may have come to a state that no machine
+    settles to, as the one between the two states of a period of two: then the search begins anew, from the start.
+    """
+    n, scale = len(drive.accuracy.scale), drive.accuracy.scale
+    start = Settling(y, mode, Status.DONE, np.inf, np.inf, 0)
+    # The first cycle fills an empty cylinder: no secant from there shows a slope.
+    y, mode, status = drive.march(y, mode)
+    gains: list[float] = []
+    secants, change = Secants(), np.inf
+    while status == Status.DONE and drive.cycles < ENOUGH:
+        image, mode_image, status = drive.march(y, mode)
+        if status != Status.DONE:
+            return start
+        is_held = min(abs(mode[0]), abs(mode_image[0])) > FREE
+        if _is_other_phase(mode, mode_image) or (is_held and mode[0] != mode_image[0]):
+            secants.forget()
+            y, mode = image, mode_image
+            continue
+        sizes = scale + np.abs(y[:n])
+        gain = (image - y)[:n] / sizes
+        secants.add(y[:n], image[:n], sizes)
+        step, left = secants.step(gain, sizes)
+        change = float(np.abs(gain).max())
+        if change <= tolerance and left <= FARTHEST * tolerance:
+            found = Settling(image, mode_image, Status.DONE, change, np.inf, 1)
+            multipliers = secants.multipliers()
+            repels = multipliers.real.min(initial=0.0) < SWINGING or np.abs(multipliers).max(initial=0.0) > REPELLING
+            return start if repels else found
+        gains.append(change)
+        lately, before = min(gains[-VAIN:]), min(gains[:-VAIN], default=np.inf)
+        if 0.5 * before < lately < NOISE * drive.accuracy.tolerance:
+            return Settling(image, mode_image, Status.DONE, change, np.inf, 0)
+        y, mode = y.copy(), mode_image
+        y[:n] += np.clip(step, -CLIP, CLIP) * sizes
+    return start if status != Status.DONE else Settling(y, mode, Status.DONE, change, np.inf, 0)
+
+
 def _settled(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float, max_cycles: int) -> Settling:
     """Plain cycles, and help between them; see `periodic_orbit`."""
     kept: Settling | None
@@ -821,10 +869,12 @@ def periodic_orbit(
     known: Known | None = None,
     record: Record = NO_RECORD,
 ) -> Orbit:
-    """March to the periodic state, helped by Newton's method where plain cycles converge slowly.
+    """March to the periodic state, by cycles between which Anderson's method leads on.
 
-    A Newton step is kept only where the plain cycles after it come nearer to a period than those before it. Where the
-    state swings from cycle to cycle, the step is one of the map of two cycles.
+    They end where the state repeats, and nothing shows that it repels [3]_. Elsewhere plain cycles follow, helped by
+    Newton's method where they converge slowly. A Newton step is kept only where the plain cycles after it come nearer
+    to a period than those before it. Where the state swings from cycle to cycle, the step is one of the map of two
+    cycles.
 
     After `FAR` cycles the way of plain cycles is followed in implicit steps over many of them, in turns with Newton's
     method.
@@ -868,6 +918,8 @@ def periodic_orbit(
        doi 10.1007/978-1-4419-1740-9, chapter 7.
     .. [2] C. G. Broyden, "A class of methods for solving nonlinear simultaneous equations", Math. Comp. 19, 1965,
        pp. 577-593, doi 10.1090/S0025-5718-1965-0198670-6.
+    .. [3] H. F. Walker and P. Ni, "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 2011,
+       pp. 1715-1735, doi 10.1137/10078356X.
 
     Examples
     --------
@@ -891,7 +943,11 @@ def periodic_orbit(
     """
     drive = Drive(p, tables, breakpoints, accuracy)
     found = _from_known(drive, known, tolerance, record) if known else None
-    found = found or _settled(drive, y, mode, tolerance, max_cycles)
+    if found is None and max_cycles > ENOUGH:
+        found = _accelerated(drive, y, mode, tolerance)
+        y, mode = found.y, found.mode
+    if found is None or not found.period:
+        found = _settled(drive, y, mode, tolerance, max_cycles)
     y = found.y.copy()
     y[accuracy.scale.shape[0] :] = 0.0
     orbit = Orbit(

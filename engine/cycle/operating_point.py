@@ -1,6 +1,6 @@
 """Operating point: a machine at a speed, as the march takes it, with the ends of its smooth segments and a start."""
 
-from math import isinf
+from math import isinf, sqrt
 
 import numpy as np
 
@@ -184,7 +184,8 @@ def with_exergy(p: Cycle, accuracy: Accuracy) -> Accuracy:
     energy = EXERGY_SCALE * max(p.supply.pressure, p.actuator.ambient.pressure) * swept_volume(p.engine)
     others = np.full(SIZE - len(accuracy.scale), NOT_HELD)
     scale = np.concatenate((accuracy.scale, others, np.full(RATES, energy)))
-    return accuracy._replace(scale=scale)
+    # The error of a step is a mean over all elements: the states are to count in it as they do without the ledger.
+    return accuracy._replace(tolerance=accuracy.tolerance * sqrt(len(accuracy.scale) / len(scale)), scale=scale)
 
 
 def charged_at_rest(p: Cycle) -> tuple[np.ndarray, np.ndarray]:
