@@ -1,9 +1,9 @@
 """Kernels, the entries that Python calls, and functions that are chosen by type: how they are compiled.
 
 A function chosen by type has a body for each type of its first argument. Only an entry is compiled to be called from
-Python and kept in the cache, all its kernels in it. Numba's disk cache notices an edit only in the file a function
-stands in; an edited callee elsewhere would silently give the old answer. The cache folder is therefore named by a hash
-of every source file that holds kernels, so that any edit opens a new, empty folder.
+Python and kept in the cache, all its kernels in it (`apesim.linking`). Numba's disk cache notices an edit only in the
+file a function stands in; an edited callee elsewhere would silently give the old answer. The cache folder is therefore
+named by a hash of every source file that holds kernels, so that any edit opens a new, empty folder.
 What is compiled for laws from outside these files has a folder within it, named by a hash of theirs.
 """
 
@@ -27,6 +27,7 @@ from numba.core.caching import FunctionCache
 from numba.core.typing.templates import AbstractTemplate, infer_global
 
 from apesim.cache import cache_root, private_folder, temporary_folder, warn_of_temporary
+from apesim.linking import jit
 
 LAYERS = ("apesim", "apesim.valve", "apesim.engine")
 UPPER_LAYERS = ("valve", "engine", "studies")
@@ -320,7 +321,7 @@ def kernel(function: Callable[..., Any] | None = None, *, inline: bool = True) -
     if function is None:
         return functools.partial(kernel, inline=inline)
     bare: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": inline, "_nrt": False}
-    compiled = numba.njit(**OPTIONS, **bare)(function)
+    compiled = jit(function, **OPTIONS, **bare)
     function.compiled = compiled  # type: ignore[attr-defined]  # by_type finds it there
     _let_call(function, lambda first: compiled)
     return function
@@ -351,7 +352,7 @@ def entry(function: Callable[..., Any]) -> Any:
     6.0
     """
     options = OPTIONS | {"no_cfunc_wrapper": True}
-    compiled = numba.njit(**options)(function)
+    compiled = jit(function, **options)
     if not config.DISABLE_JIT:
         compiled._cache = _cache_in(cache_folder(), _EntryCache, function)
     return compiled
