@@ -130,7 +130,10 @@ class Effect(NamedTuple):
         """
         if not self.strengths:  # most effects; a march asks each of them several times
             return bool(parameters[0] != self.off)
-        return any(getattr(parameters, name) != self.off for name in self.strengths)
+        for name in self.strengths:  # noqa: SIM110 - `any` of a generator takes thrice as long
+            if getattr(parameters, name) != self.off:
+                return True
+        return False
 
     @property
     def slots(self) -> tuple[str, ...]:

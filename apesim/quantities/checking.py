@@ -1,6 +1,5 @@
 """Checking: a tree of parameter classes that was made in Python, by what a file of it would be refused for."""
 
-from collections.abc import Iterator
 from typing import Any
 
 from apesim.quantities.input_errors import Fault, InputError, InvalidValue
@@ -81,42 +80,37 @@ def check_values(tree: Any, cls: Any, where: str) -> Any:
     >>> check_values(Valve(stroke=1), Valve, "run()")
     Valve(stroke=1.0)
     """
-    if all_faults := list(_find_faults(tree, cls, where, cls)):
+    all_faults: list[Fault] = []
+    tree = _checked(tree, cls, all_faults, where, cls, ())
+    if all_faults:
         raise InputError(all_faults)
-    return _converted(tree, cls)
+    return tree
 
 
-def _converted(tree: Any, cls: Any) -> Any:
-    """A checked tree whose values have the types that the kernels are compiled for; itself where all have."""
-    changes = {}
-    for key, field in fields(cls).items():
-        value = getattr(tree, key)
-        if value is cls._field_defaults[key]:  # most sections are the very defaults
-            continue
-        held = _converted(value, field) if is_section(field) else field.convert(value)
-        if held is not value:
-            changes[key] = held
-    return tree._replace(**changes) if changes else tree
-
-
-def _find_faults(tree: Any, cls: Any, where: str, root: Any, path: tuple[str, ...] = ()) -> Iterator[Fault]:
-    """Find what is wrong with a section and with those below it."""
+def _checked(tree: Any, cls: Any, all_faults: list[Fault], where: str, root: Any, path: tuple[str, ...]) -> Any:
+    """Note what is wrong with a section and with those below it; else return it with the types that kernels need."""
     if not isinstance(tree, cls):
         given = getattr(tree, "_fields", ())
         strange = [key for key in given if key not in cls._fields] if set(cls._fields) <= set(given) else ()
-        yield from (unknown(root, (*path, key), where) for key in strange)
+        all_faults += (unknown(root, (*path, key), where) for key in strange)
         if not strange:
             wrong = f"is of the class {type(tree).__name__}"
-            yield Fault(where, ".".join(path) or "machine", wrong, f"give a {cls.__name__}")
-        return
+            all_faults.append(Fault(where, ".".join(path) or "machine", wrong, f"give a {cls.__name__}"))
+        return tree
+    changes, defaults = {}, cls._field_defaults
     for key, field in fields(cls).items():
         value = getattr(tree, key)
-        if value is cls._field_defaults[key]:  # most sections are the very defaults
+        if value is defaults[key]:  # most sections are the very defaults
             continue
         if is_section(field):
-            yield from _find_faults(value, field, where, root, (*path, key))
-            continue
-        try:
-            field.check(value)
-        except InvalidValue as wrong:
-            yield Fault(where, joined(*path, key), wrong.wrong, wrong.right)
+            held = _checked(value, field, all_faults, where, root, (*path, key))
+        else:
+            try:
+                field.check(value)
+                held = field.convert(value)
+            except InvalidValue as wrong:
+                all_faults.append(Fault(where, joined(*path, key), wrong.wrong, wrong.right))
+                continue
+        if held is not value:
+            changes[key] = held
+    return tree._replace(**changes) if changes else tree

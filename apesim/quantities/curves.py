@@ -148,6 +148,8 @@ class Curve(Declaration):
         >>> Curve(("time [ms]", "lift [mm]"), "measured").check(np.array([[0.0, 0.0], [0.002, 0.009]]))
         """
         array = np.asarray(value)
+        if array.shape == NO_CURVE.shape and array.dtype == NO_CURVE.dtype:
+            return
         if array.shape[1:] != (2,) or len(array) == 1 or len(array) > MAX_POINTS or array.dtype.kind not in "if":
             raise InvalidValue(
                 f"an array of shape {array.shape} is no curve", f"give 2 to {MAX_POINTS} rows of two floats"

@@ -128,6 +128,12 @@ class Quantity(Declaration):
         scale = unit(self.unit)
         return [end if math.isinf(end) else scale.si(repr(float(end))) for end in (self.low, self.high)]
 
+    @cached_property
+    def _ends_rounded(self) -> tuple[float, float]:
+        """Lower and upper end of the range in SI, each with room for `ROUNDING`."""
+        low, high = (end + sign * ROUNDING * abs(end) for end, sign in zip(self.ends, (-1.0, 1.0), strict=True))
+        return low, high
+
     def read(self, raw: Any, ambient_pressure: float | None = None, folder: Any = None) -> float:
         """Return the value in SI of what a user wrote.
 
@@ -265,9 +271,11 @@ class Quantity(Declaration):
         ...
         apesim.quantities.input_errors.InvalidValue: ('9000 mm is out of range', 'allowed: 1 to 50 mm')
         """
+        low, high = self._ends_rounded
+        if type(value) is float and low <= value <= high and not self.whole:  # as nearly all are
+            return
         if isinstance(value, bool) or not isinstance(value, Real):
             raise InvalidValue(f"{quoted(value)} is no number", f"give a float in SI, {self.range_text}")
-        low, high = (end + sign * ROUNDING * abs(end) for end, sign in zip(self.ends, (-1.0, 1.0), strict=True))
         if not low <= value <= high and not (self.optional and math.isnan(value)):  # type: ignore[operator]
             raise InvalidValue(f"{self._shown(value)} is out of range", f"allowed: {self.range_text}")
         if self.whole and not float(value).is_integer():

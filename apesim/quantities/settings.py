@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from apesim.quantities.arguments import checked_value
-from apesim.quantities.checking import check, check_values
+from apesim.quantities.checking import check_values
 from apesim.quantities.curves import Curve
 from apesim.quantities.files import text_of
 from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault, quoted
@@ -18,13 +18,18 @@ from apesim.quantities.toml_text import parse_toml
 from apesim.quantities.trees import (
     Leaf,
     ambient_of,
+    due,
+    faults,
     fields,
     is_section,
     joined,
+    leaves_of,
     move_gauge_pressures,
+    once_a_class,
     overruled,
     schema,
     spellings,
+    value_at,
     with_value,
 )
 from apesim.quantities.uncertainties import flatten
@@ -84,7 +89,7 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
     """
     if data is None:
         data = {} if path is None else toml_of(path)
-    declarations = {leaf.key: leaf.declaration for leaf in schema(cls)}
+    declarations = {key: leaf.declaration for key, leaf in leaves_of(cls).items()}
     others = spellings(cls)
     declarations |= {name: spelling.declaration for name, spelling in others.items()}
     assigned: set[str] = set()
@@ -189,10 +194,11 @@ def find_ignored_keys(tree: Any) -> dict[str, str]:
     >>> find_ignored_keys(Machine()), find_ignored_keys(Machine(Valve(8e-3)))
     ({}, {'valve.stroke': 'a cam is given'})
     """
-    standard = {leaf.key: leaf.default for leaf in schema(type(tree))}
-    given = {leaf.key: leaf.default for leaf in schema(type(tree), tree)}
+    standard = leaves_of(type(tree))
     return {
-        key: reason for key, reason in overruled(tree) if not np.array_equal(given[key], standard[key], equal_nan=True)
+        key: reason
+        for key, reason in overruled(tree)
+        if not np.array_equal(value_at(tree, key), standard[key].default, equal_nan=True)
     }
 
 
@@ -237,12 +243,8 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
     cls: Any = type(tree)
     all_faults: list[Fault] = []
     given: dict[str, Any] = {}
-    leaves = {leaf.key: leaf for leaf in schema(cls)}
+    leaves, by_underscores = _all_spellings(cls)
     others = spellings(cls)
-    leaves |= {name: Leaf(name, spelling.declaration, nan) for name, spelling in others.items()}
-    by_underscores: dict[str, list[str]] = {}
-    for key in leaves:
-        by_underscores.setdefault(key.replace(".", "_"), []).append(key)
     for name, value in values.items():
         keys = [name] if name in leaves else by_underscores.get(name, [])
         if len(keys) == 1 and keys[0] not in given:
@@ -275,9 +277,22 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
         tree = check_values(tree, cls, where)
         all_faults += absent_due(cls, _present(tree, given), where, frozenset())
         all_faults += _ignored(tree, given, where)
+    if not all_faults:
+        all_faults += (Fault(where, *fault) for fault in faults(tree))
     if all_faults:
         raise InputError(all_faults)
-    return check(tree, cls, where)
+    return tree
+
+
+@once_a_class
+def _all_spellings(cls: Any) -> tuple[dict[str, Leaf], dict[str, list[str]]]:
+    """Keys of a parameter class in all their spellings; and the keys by their names with underscores for dots."""
+    others = {name: Leaf(name, spelling.declaration, nan) for name, spelling in spellings(cls).items()}
+    leaves = leaves_of(cls) | others
+    by_underscores: dict[str, list[str]] = {}
+    for key in leaves:
+        by_underscores.setdefault(key.replace(".", "_"), []).append(key)
+    return leaves, by_underscores
 
 
 def _with_dots(cls: type, name: str) -> str:
@@ -290,14 +305,40 @@ def _with_dots(cls: type, name: str) -> str:
 
 
 def _present(tree: Any, assigned: Collection[str]) -> dict[str, Any]:
-    """Nested tables of the sections with assigned keys, as a file holds them: all that differs from the default."""
+    """Nested tables of the optional sections with assigned keys, as a file holds them: what is not as by default."""
     data: dict[str, Any] = {}
-    sections = {key.rpartition(".")[0] for key in assigned}
-    changed = {key for key, _ in differences(tree)}
-    for leaf in schema(type(tree), tree):
-        if leaf.key in assigned or (leaf.key in changed and leaf.key.rpartition(".")[0] in sections):
-            _put(data, leaf.key.split("."), leaf.default)
+    cls = type(tree)
+    sections = {key.rpartition(".")[0] for key in assigned} & _keys_of_optional(cls).keys()
+    if not sections:
+        return data
+    ambient, standard_ambient, leaves = ambient_of(tree), ambient_of(cls), leaves_of(cls)
+    for section, keys in _keys_of_optional(cls).items():
+        if section in sections:
+            for key in keys:
+                value = value_at(tree, key)
+                if key in assigned or _has_another_text(leaves[key], value, ambient, standard_ambient):
+                    _put(data, key.split("."), value)
     return data
+
+
+@once_a_class
+def _keys_of_optional(cls: Any, section: str = "", is_optional: bool = False) -> dict[str, list[str]]:
+    """Keys of the sections that are optional, see `apesim.quantities.trees.due`, or stand in one that is."""
+    found = {}
+    if is_optional:
+        found[section] = [joined(section, key) for key, field in fields(cls).items() if not is_section(field)]
+    for key, field in fields(cls).items():
+        if is_section(field):
+            found |= _keys_of_optional(field, joined(section, key), is_optional or key in due(cls))
+    return found
+
+
+def _has_another_text(standard: Leaf, value: Any, ambient: float | None, standard_ambient: float | None) -> bool:
+    """Whether a value is written otherwise than the default; both gauge pressures stand above an ambient one."""
+    if value is standard.default and not standard.declaration.is_gauge:
+        return False
+    text = standard.declaration.render(value, ambient)
+    return bool(text != standard.declaration.render(standard.default, standard_ambient))
 
 
 def differences(tree: Any) -> Iterator[tuple[str, str]]:
@@ -327,14 +368,13 @@ def differences(tree: Any) -> Iterator[tuple[str, str]]:
     [('valve.stroke', '8 mm')]
     """
     ambient, standard_ambient = ambient_of(tree), ambient_of(type(tree))
-    for standard, leaf in zip(schema(type(tree)), schema(type(tree), tree), strict=True):
-        if leaf.default is standard.default and not leaf.declaration.is_gauge:
+    for standard, leaf in zip(leaves_of(type(tree)).values(), schema(type(tree), tree), strict=True):
+        if not _has_another_text(standard, leaf.default, ambient, standard_ambient):
             continue
         text = leaf.declaration.render(leaf.default, ambient)
-        usual = standard.declaration.render(standard.default, standard_ambient)
-        if text != usual and leaf.declaration.is_table:
+        if leaf.declaration.is_table:
             yield from ((joined(leaf.key, inner), each) for inner, each in dict(text or {}).items())
-        elif text != usual:
+        else:
             yield leaf.key, f"a curve of {len(leaf.default)} points" if isinstance(text, dict) else text or "not given"
 
 

@@ -17,13 +17,38 @@ import typing
 from collections.abc import Callable, Container, Iterator
 from functools import lru_cache
 from math import isfinite
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
 from apesim.quantities.declarations import AbsolutePressure, Declaration
 
 Tree = TypeVar("Tree", bound=Any)
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def once_a_class(function: Function) -> Function:
+    """Let a function of a parameter class, which never changes, compute once for each.
+
+    Parameters
+    ----------
+    function : function
+        Takes the class first. Nobody may change what it returns.
+
+    Returns
+    -------
+    function
+        The same, which keeps what it has returned.
+
+    Examples
+    --------
+    >>> @once_a_class
+    ... def count_fields(cls):
+    ...     return len(cls._fields)
+    >>> count_fields(Leaf)
+    3
+    """
+    return cast(Function, lru_cache(maxsize=2048)(function))
 
 
 class Leaf(NamedTuple):
@@ -45,7 +70,7 @@ class Spelling(NamedTuple):
     """Function from the quantity to the key's value, both in SI."""
 
 
-@lru_cache(maxsize=512)
+@once_a_class
 def fields(cls: Any) -> dict[str, Any]:
     """Return what each field of a parameter class is declared to be: a declaration, or a parameter class.
 
@@ -173,8 +198,58 @@ def joined(*keys: str) -> str:
     return ".".join(filter(None, keys))
 
 
+@once_a_class
+def leaves_of(cls: Any) -> dict[str, Leaf]:
+    """Return every key of a tree with the defaults of its classes, see `schema`; nobody may change what is returned.
+
+    Parameters
+    ----------
+    cls : type
+        Parameter class at the root.
+
+    Returns
+    -------
+    dict of str to Leaf
+        By full key.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> leaves_of(Machine)["valve.stroke"].default
+    0.009
+    """
+    return {leaf.key: leaf for leaf in schema(cls)}
+
+
+def value_at(tree: Any, key: str) -> Any:
+    """Return what a tree holds at a key.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        Instance of a parameter class.
+    key : str
+        Key with dots, of a number or a section.
+
+    Returns
+    -------
+    object
+        Value in SI, or the section.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> value_at(Machine(), "valve.stroke")
+    0.009
+    """
+    for name in key.split("."):
+        tree = getattr(tree, name)
+    return tree
+
+
+@once_a_class
 def spellings(cls: Any, section: str = "") -> dict[str, Spelling]:
-    """Return the other spellings of the keys of a tree.
+    """Return the other spellings of the keys of a tree; nobody may change what is returned.
 
     Parameters
     ----------
@@ -211,9 +286,23 @@ def spellings(cls: Any, section: str = "") -> dict[str, Spelling]:
     return found
 
 
-def _class_of(tree: Any) -> Any:
-    """Parameter class of a tree."""
-    return type(tree)
+def _sections_with(tree: Any, method: str) -> Iterator[str]:
+    """Names of the sections of a tree that have a method, or have a section below them that has it."""
+    for key in _sections_of(type(tree)):
+        if _has_below(type(getattr(tree, key)), method):
+            yield key
+
+
+@once_a_class
+def _sections_of(cls: Any) -> tuple[str, ...]:
+    """Names of the fields of a parameter class that are sections."""
+    return tuple(key for key, field in fields(cls).items() if is_section(field))
+
+
+@once_a_class
+def _has_below(cls: Any, method: str) -> bool:
+    """Whether a parameter class has a method, or one of its sections has it: most have none to ask."""
+    return hasattr(cls, method) or any(_has_below(fields(cls)[key], method) for key in _sections_of(cls))
 
 
 def faults(tree: Any, section: str = "") -> Iterator[tuple[str, str, str]]:
@@ -243,9 +332,8 @@ def faults(tree: Any, section: str = "") -> Iterator[tuple[str, str, str]]:
     >>> list(faults(Machine()))
     [('valve.stroke', 'is odd', 'make it even')]
     """
-    for key, field in fields(_class_of(tree)).items():
-        if is_section(field):
-            yield from faults(getattr(tree, key), joined(section, key))
+    for key in _sections_with(tree, "faults"):
+        yield from faults(getattr(tree, key), joined(section, key))
     for key, wrong, right in getattr(tree, "faults", tuple)():
         yield joined(section, key), wrong, right
 
@@ -277,11 +365,10 @@ def overruled(tree: Any, section: str = "") -> Iterator[tuple[str, str]]:
     >>> list(overruled(Machine()))
     [('valve.stroke', 'a cam is given')]
     """
-    for key, field in fields(_class_of(tree)).items():
-        if is_section(field):
-            yield from overruled(getattr(tree, key), joined(section, key))
+    for key in _sections_with(tree, "overruled"):
+        yield from overruled(getattr(tree, key), joined(section, key))
     for key, reason in getattr(tree, "overruled", tuple)():
-        field, path = fields(_class_of(tree))[key], joined(section, key)
+        field, path = fields(type(tree))[key], joined(section, key)
         inner = [leaf.key for leaf in schema(field, section=path)] if is_section(field) else [path]
         yield from ((leaf, reason) for leaf in inner)
 
@@ -398,12 +485,47 @@ def move_gauge_pressures(tree: Tree, before: float | None, after: float | None, 
     """
     if before is None or after is None or before == after:
         return tree
-    for leaf in schema(type(tree), tree):
-        moves = leaf.declaration.is_gauge and not isinstance(leaf.default, AbsolutePressure)
-        if moves and leaf.key not in said and isfinite(leaf.default):
-            text = leaf.declaration.render(leaf.default, before)
+    for leaf in leaves_of(type(tree)).values():
+        if not leaf.declaration.is_gauge or leaf.key in said:
+            continue
+        value = value_at(tree, leaf.key)
+        if isfinite(value) and not isinstance(value, AbsolutePressure):
+            text = leaf.declaration.render(value, before)
             tree = with_value(tree, leaf.key, leaf.declaration.read(text, after))
     return tree
+
+
+def with_own_arrays(tree: Tree) -> Tree:
+    """Return a tree that nobody else can change: its arrays, which are all that can be, are its own.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        Instance of a parameter class.
+
+    Returns
+    -------
+    NamedTuple
+        Copy with copies of the arrays; the very tree where it holds none.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> machine = Machine()
+    >>> with_own_arrays(machine) is machine
+    True
+    """
+    for key in _array_keys(type(tree)):
+        array = value_at(tree, key)
+        if array.size:
+            tree = with_value(tree, key, array.copy())
+    return tree
+
+
+@once_a_class
+def _array_keys(cls: Any) -> tuple[str, ...]:
+    """Keys of a parameter class whose values are arrays."""
+    return tuple(leaf.key for leaf in leaves_of(cls).values() if isinstance(leaf.default, np.ndarray))
 
 
 def contents_of(value: Any) -> Any:

@@ -100,11 +100,10 @@ def unserved_effects(effects: Any) -> list[str]:
     """
     valve = library_for(effects, VALVE_LIBRARY, "valve")
     engine = library_for(effects, ENGINE_LIBRARY, "engine")
-    of_valve = list(dict.fromkeys((*valve_library.VALVE_EFFECTS, *valve.effects)))
-    others = [
-        effect for effect in dict.fromkeys((*ALL_EFFECTS, *ENGINE_EFFECTS, *engine.effects)) if effect not in of_valve
-    ]
+    of_valve = {id(effect): effect for effect in (*valve_library.VALVE_EFFECTS, *valve.effects)}
+    others = {id(effect): effect for effect in (*ALL_EFFECTS, *ENGINE_EFFECTS, *engine.effects)}
+    others = {key: effect for key, effect in others.items() if key not in of_valve}
     return [
-        *unserved(of_valve, effects, valve.marches[-1].__annotations__, VALVE_SLOTS),
-        *unserved(others, effects, engine.marches[-1].__annotations__, ENGINE_SLOTS),
+        *unserved(of_valve.values(), effects, valve.marches[-1].__annotations__, VALVE_SLOTS),
+        *unserved(others.values(), effects, engine.marches[-1].__annotations__, ENGINE_SLOTS),
     ]
