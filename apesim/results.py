@@ -42,8 +42,9 @@ behind the name, too (``brake_torque_Nm``); a result understands both.
 
 import difflib
 import html
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -69,6 +70,7 @@ TIMES = {"wall_time"}
 """Numbers that say how long a computation took, and are another each time."""
 
 
+@lru_cache(maxsize=4096)
 def name_of(key: str, unit: str) -> str:
     """Return the name of a quantity in Python: without its SI unit, or with another one.
 
@@ -250,6 +252,24 @@ def scalars_of(values: Mapping[str, Any], declared: Mapping[str, tuple[str, str]
     return scalars
 
 
+class _MachineText:
+    """Text of a result's machine; a function that writes it is called when the text is first read.
+
+    To write a machine takes as long as many marches of its valve, and most results are never asked for it.
+    """
+
+    def __get__(self, result: "Result | None", owner: type | None = None) -> str:
+        if result is None:  # the default of the dataclass's field
+            return ""
+        held = vars(result)["machine"]
+        if not isinstance(held, str):
+            held = vars(result)["machine"] = held()
+        return held
+
+    def __set__(self, result: "Result", text: str | Callable[[], str]) -> None:
+        vars(result)["machine"] = text
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Result(Mapping[str, Any]):
     """Base of all results: ``result["brake_torque"]`` is a number, ``result.traces["lift"]`` an array with its unit.
@@ -269,7 +289,7 @@ class Result(Mapping[str, Any]):
     converged : bool or None
         None where nothing has to converge.
     machine : str
-        TOML text of the machine; "" without one.
+        TOML text of the machine; "" without one. A study may give the function that writes it.
     """
 
     title: ClassVar[str] = "result"
@@ -283,7 +303,7 @@ class Result(Mapping[str, Any]):
     warnings: Sequence[str] = ()
     ending: str = ""
     converged: bool | None = None
-    machine: str = ""
+    machine: _MachineText = _MachineText()
 
     def __post_init__(self) -> None:
         for name in MAPPINGS:
@@ -291,7 +311,8 @@ class Result(Mapping[str, Any]):
         object.__setattr__(self, "warnings", tuple(self.warnings))
 
     def __getstate__(self) -> dict[str, Any]:
-        return vars(self) | {name: dict(getattr(self, name)) for name in MAPPINGS}  # no proxy can be pickled or copied
+        plain = {name: dict(getattr(self, name)) for name in MAPPINGS}  # no proxy can be pickled or copied
+        return vars(self) | plain | {"machine": self.machine}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state | {name: MappingProxyType(state[name]) for name in MAPPINGS})

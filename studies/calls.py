@@ -1,19 +1,24 @@
 """Calls: what the public functions share, from the check of their arguments to the text of the call."""
 
-import functools
 import inspect
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial, wraps
 from os import PathLike
+from pathlib import Path
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, get_args, get_origin
 
 import numpy as np
 
+from apesim.effect import kind_of_march, library_for
+from apesim.engine.effects import ENGINE_LIBRARY
 from apesim.engine.machine import Machine
 from apesim.quantities import Arguments, Fault, InputError, quoted
 from apesim.quantities.checking import check
-from apesim.quantities.settings import differences
+from apesim.quantities.settings import dumps
+from apesim.quantities.trees import with_own_arrays
+from apesim.valve.effects import VALVE_LIBRARY
 
 if TYPE_CHECKING:
     from apesim.archive import Archive
@@ -51,7 +56,7 @@ def public(function: Callable[P, R]) -> Callable[P, R]:
     parameters = inspect.signature(function).parameters
     kinds = {name: _kinds_of(parameter.annotation) for name, parameter in parameters.items()}
 
-    @functools.wraps(function)
+    @wraps(function)
     def checked(*arguments: P.args, **named: P.kwargs) -> R:
         given = {**dict(zip(parameters, arguments, strict=False)), **named}
         faults = [
@@ -236,15 +241,40 @@ def compile_first(machine: Machine, march: Callable[..., Any], *arguments: Any, 
     a march of 0.01 s
     >>> compile_first(Machine(), short_march, 0.01)  # compiled already
     """
-    effects = {key.split(".")[1] for key, _ in differences(machine) if key.startswith("effects.")}
-    kind = march.__name__, machine.air.model, frozenset(effects)
+    from apesim.studies.execution.own_thread import call_in_thread
+
+    effects = machine.effects
+    libraries = library_for(effects, VALVE_LIBRARY, "valve"), library_for(effects, ENGINE_LIBRARY, "engine")
+    laws = tuple(kind_of_march(library.effects, effects) for library in libraries)
+    kind = march.__name__, machine.air.model, type(effects), *laws
     if kind not in _compiled:
-        march(machine, *arguments, **options)
+        call_in_thread(march, machine, *arguments, **options).result()
         _compiled.add(kind)
 
 
-_compiled: set[tuple[str, int, frozenset[str]]] = set()
+_compiled: set[tuple[Any, ...]] = set()
 """Kinds of marches that were run in this process."""
+
+
+def text_writer(machine: Machine) -> Callable[[], str]:
+    """Make the function that writes a machine as it is now, for a result that may never be asked for the text.
+
+    Parameters
+    ----------
+    machine : Machine
+        Machine that was run.
+
+    Returns
+    -------
+    function
+        Returns the text of `Machine.to_toml`, in the working directory of today.
+
+    Examples
+    --------
+    >>> text_writer(Machine())() == Machine().to_toml()
+    True
+    """
+    return partial(dumps, with_own_arrays(machine), Path.cwd())
 
 
 def call_text(function: Callable[..., Any], arguments: Mapping[str, Any]) -> str:

@@ -20,7 +20,7 @@ from apesim.march.adaptive import Status
 from apesim.quantities import split_header
 from apesim.quantities.arguments import WithUnit
 from apesim.results import NotConverged, Result, Trace, name_of, scalars_of
-from apesim.studies.calls import arguments_of, compile_first, public
+from apesim.studies.calls import arguments_of, compile_first, public, text_writer
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.operating_conditions import SPEED
 
@@ -225,7 +225,7 @@ def run_engine(machine: Machine, speed: WithUnit) -> EngineRun:
     arguments, machine = arguments_of("run_engine", machine)
     omega = arguments.quantity("speed", speed, SPEED)
     arguments.refuse()
-    call_in_thread(compile_first, machine, run_steady, QUICK, max_cycles=1).result()
+    compile_first(machine, run_steady, QUICK, max_cycles=1)
     start = time.perf_counter()
     march = call_in_thread(run_steady, machine, omega).result()
     done = march.status == Status.DONE
@@ -243,7 +243,7 @@ def run_engine(machine: Machine, speed: WithUnit) -> EngineRun:
         warnings,
         periodic if done and orbit.converged else warnings[0],
         done and orbit.converged,
-        machine.to_toml(),
+        text_writer(machine),
         march=march,
     )
     if not run.converged:

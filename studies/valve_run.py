@@ -10,7 +10,7 @@ from apesim.march.adaptive import TOLERANCE, Status
 from apesim.quantities import split_header
 from apesim.quantities.arguments import Given
 from apesim.results import NotConverged, Result, Trace, scalars_of
-from apesim.studies.calls import arguments_of, compile_first, public
+from apesim.studies.calls import arguments_of, compile_first, public, text_writer
 from apesim.studies.engine_run import supply_conditions
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.operating_conditions import PRESSURE, RATE, TEMPERATURE, TIME, with_control_air
@@ -231,7 +231,7 @@ def run_valve(
         arguments.fault("pulse", "is longer than the period of `repeat`", right)
     arguments.refuse()
     machine = with_control_air(machine, pressure, kelvin)
-    call_in_thread(compile_first, machine, run_bench, 10e-3).result()
+    compile_first(machine, run_bench, 10e-3)
     start = time.perf_counter()
     march = call_in_thread(run_bench, machine, seconds, end, period).result()
     wall_time = time.perf_counter() - start
@@ -254,7 +254,7 @@ def run_valve(
         warnings,
         ending,
         converged,
-        machine.to_toml(),
+        text_writer(machine),
         march=march,
     )
     if converged is False:

@@ -1,16 +1,27 @@
-"""Work in a thread of its own: an interrupt while compiled code hands on its results would crash the process."""
+"""Work in another thread: an interrupt while compiled code hands on its results would crash the process."""
 
+import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import ParamSpec, TypeVar
+from functools import partial
+from queue import SimpleQueue
+from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
+_Call = tuple[Callable[[], Any], "Future[Any]"]
+_idle: list["SimpleQueue[_Call]"] = []
+"""Queue of each thread that has nothing to do, in which it waits for its next call."""
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_idle.clear)  # a forked process has none of them
+
 
 def call_in_thread(function: Callable[P, R], *arguments: P.args, **options: P.kwargs) -> "Future[R]":
-    """Call a function in a thread of its own, so that Ctrl-C is heard at once, and where nothing compiled is at work.
+    """Call a function in another thread, so that Ctrl-C is heard at once, and where nothing compiled is at work.
+
+    A thread is kept for the next call: to start one takes a good part of the time that a march of the valve takes.
 
     Parameters
     ----------
@@ -29,12 +40,28 @@ def call_in_thread(function: Callable[P, R], *arguments: P.args, **options: P.kw
     2
     """
     future: Future[R] = Future()
-
-    def call() -> None:
-        try:
-            future.set_result(function(*arguments, **options))
-        except BaseException as error:
-            future.set_exception(error)
-
-    threading.Thread(target=call, daemon=True).start()
+    try:
+        calls = _idle.pop()
+    except IndexError:
+        calls = SimpleQueue()
+        threading.Thread(target=_work, args=[calls], daemon=True).start()
+    calls.put((partial(function, *arguments, **options), future))
     return future
+
+
+def _work(calls: "SimpleQueue[_Call]") -> None:
+    """Do one call after the other."""
+    while True:
+        _do(*calls.get(), calls)  # which lets go of the result when it returns
+
+
+def _do(call: Callable[[], Any], future: "Future[Any]", calls: "SimpleQueue[_Call]") -> None:
+    """Do one call; the thread is idle again before the one that waits for its result goes on."""
+    try:
+        result = call()
+    except BaseException as error:
+        _idle.append(calls)
+        future.set_exception(error)
+    else:
+        _idle.append(calls)
+        future.set_result(result)

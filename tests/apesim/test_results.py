@@ -1,7 +1,10 @@
 """Results know their names and units, say themselves in a few lines, and never change."""
 
 import builtins
+import copy
+import dataclasses
 import math
+import pickle
 from typing import ClassVar
 
 import numpy as np
@@ -164,3 +167,24 @@ def test_what_did_not_converge_carries_its_result_and_a_remedy():
     error = NotConverged("epv at 1000 r/min", "not periodic after 400 cycles", "give a smaller receiver", run)
     assert error.result is run and error.remedy == "give a smaller receiver"
     assert str(error) == "epv at 1000 r/min: not periodic after 400 cycles; give a smaller receiver"
+
+
+def test_the_text_of_the_machine_is_written_once_when_it_is_first_read():
+    written = []
+
+    def write():
+        written.append(None)
+        return "[engine]"
+
+    run = run_of(machine=write)
+    assert not written
+    assert run.machine == run.machine == "[engine]" and len(written) == 1
+    assert run == run_of(machine="[engine]") != run_of(machine="[valve]")
+    assert run_of().machine == ""
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        run.machine = ""
+
+
+def test_a_result_is_pickled_with_the_text_of_its_machine():
+    run = run_of(machine=lambda: "[engine]")  # which itself cannot be pickled
+    assert pickle.loads(pickle.dumps(run)).machine == copy.deepcopy(run).machine == "[engine]"

@@ -101,3 +101,13 @@ def test_the_table_calls_cold_temperatures_an_adiabatic_limit(apesim):
     cold = [line for line in out.splitlines() if "temperature" in line]
     assert code == 0 and len(cold) == 2
     assert all("adiabatic limit" in line for line in cold)
+
+
+def test_the_text_of_the_machine_is_that_of_the_run_whatever_is_done_to_its_arrays_after_it():
+    curve = np.array([[0.0, 0.0], [1e-3, 0.5], [2e-3, 1.0]])
+    machine = Machine().with_(valve_solenoid_opening_curve=curve)
+    array = machine.valve.solenoid.opening_curve
+    before = machine.to_toml()
+    run = run_engine(machine, "1000 rpm")
+    array[1, 1] = 0.4
+    assert machine.to_toml() != before == run.machine
