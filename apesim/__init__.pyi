@@ -12,6 +12,7 @@ from .studies.archives.joining import export_archive as export_archive
 from .studies.archives.joining import merge_archives as merge_archives
 from .studies.assessment.comparison import assess_valve as assess_valve
 from .studies.discharge.effective_area import evaluate_discharge as evaluate_discharge
+from .studies.engine_ensemble import run_many as run_many
 from .studies.engine_run import run_engine as run_engine
 from .studies.gap.design.isolability import find_isolability as find_isolability
 from .studies.gap.search.library import list_effects as list_effects

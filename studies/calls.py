@@ -92,13 +92,13 @@ def _faults_of_type(value: Any, kinds: tuple[Any, ...]) -> Iterator[tuple[str, s
     elif plain & QUANTITIES or Machine in plain:  # the function itself reads these
         return
     elif len(plain - {NoneType}) == 1 and issubclass(next(iter(plain - {NoneType})), Iterable) and str not in plain:
-        if isinstance(value, str | PathLike) or not isinstance(value, Iterable):
+        (texts,) = get_args(next(kind for kind in kinds if kind is not NoneType))
+        if isinstance(value, str | PathLike | Machine) or not isinstance(value, Iterable):
             yield f"{quoted(value)} is no list", _right_form(kinds)
         elif isinstance(value, list | tuple | set):
-            (texts,) = get_args(next(kind for kind in kinds if kind is not NoneType))
             for item in value:
                 if not _is_one_of(item, _kinds_of(texts)):
-                    yield f"{quoted(item)} is no text", _right_form(kinds)
+                    yield f"{quoted(item)} is no {'Machine' if texts is Machine else 'text'}", _right_form(kinds)
     elif not _is_one_of(value, kinds):
         yield f"{quoted(value)} is of the type {type(value).__name__}", _right_form(kinds)
 
@@ -122,7 +122,7 @@ def _right_form(kinds: tuple[Any, ...]) -> str:
     elif str in plain and PathLike not in plain:
         told.append("a text")
     elif not told:
-        told.append(f"a list of {'paths' if PathLike in items else 'texts'}")
+        told.append(f"a list of {'Machines' if Machine in items else 'paths' if PathLike in items else 'texts'}")
     return f"write {' or '.join(told)}"
 
 

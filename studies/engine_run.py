@@ -3,7 +3,7 @@
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import isnan
+from math import isnan, nan
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -227,12 +227,9 @@ def run_engine(machine: Machine, speed: WithUnit) -> EngineRun:
     arguments.refuse()
     compile_first(machine, run_steady, QUICK, max_cycles=1)
     start = time.perf_counter()
-    march = call_in_thread(run_steady, machine, omega).result()
-    done = march.status == Status.DONE
-    values = indicators(machine, march) if done else dict.fromkeys(INDICATORS, float("nan"))
+    march, values, warnings = call_in_thread(compute_point, machine, omega).result()
     values["wall_time_s"] = time.perf_counter() - start
-    remedy = Status(march.status).remedy
-    warnings = list(judge_point(machine, march, values).values()) if done else [f"the march ended early: {remedy}"]
+    done, remedy = march.status == Status.DONE, Status(march.status).remedy
     conditions = {"intake": INTAKES[machine.engine.intake], "speed": f"{omega / TURN * 60.0:.6g} r/min"}
     orbit = march.orbit
     periodic = f"periodic after {orbit.cycles} cycles (period: {orbit.period} cycle{'s' * (orbit.period > 1)})"
@@ -252,6 +249,38 @@ def run_engine(machine: Machine, speed: WithUnit) -> EngineRun:
         right = "look at the warnings of its result, and change the machine or the speed" if done else remedy
         raise NotConverged(what, wrong, right, run)
     return run
+
+
+def compute_point(machine: Machine, speed: float) -> tuple[SteadyRun, dict[str, Any], list[str]]:
+    """March one operating point to its periodic state, and find its indicators and what to know of them.
+
+    Parameters
+    ----------
+    machine : Machine
+        Machine to run.
+    speed : float
+        Speed of the crankshaft [rad/s].
+
+    Returns
+    -------
+    march : SteadyRun
+        Last cycle of the march.
+    values : dict of str to float or int
+        Indicators by their names in files; NaN where the march ended early.
+    warnings : list of str
+        What a user should know; how the march ended where it did so early.
+
+    Examples
+    --------
+    >>> march, values, warnings = compute_point(Machine(), 100.0)
+    >>> round(values["speed_rpm"], 1), warnings
+    (954.9, [])
+    """
+    march = run_steady(machine, speed)
+    if march.status != Status.DONE:
+        return march, dict.fromkeys(INDICATORS, nan), [f"the march ended early: {Status(march.status).remedy}"]
+    values = indicators(machine, march)
+    return march, values, list(judge_point(machine, march, values).values())
 
 
 def supply_conditions(machine: Machine) -> dict[str, str]:

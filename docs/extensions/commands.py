@@ -13,7 +13,7 @@ TYPES = {"str": "text", "int": "whole number", "float": "number", "Path": "path"
 """What an option takes, in words."""
 IN_PLACE_OF_A_FUNCTION = {"machine": "Machine"}
 """What stands for a command in Python where that is no function."""
-PREPARING = {"read_measured", "read_archive"}
+PREPARING = {"read_measured", "read_archive", "run_many"}
 """Functions that only read what a command is given; they do not stand for it."""
 
 

@@ -19,6 +19,7 @@ from apesim.studies.operating_conditions import DURATION, PRESSURE, SPEED
 FUNCTIONS = [getattr(apesim, name) for name in apesim.__all__ if name.islower()]
 NEEDED = {
     "machine": Machine(),
+    "machines": [Machine()],
     "speed": "900 rpm",
     "measured": "no folder",
     "files": ["no.csv"],
@@ -29,6 +30,7 @@ NEEDED = {
 """Arguments that functions cannot do without; all others have a default, or are paths."""
 TURNING = [
     (apesim.run_engine, "speed"),
+    (apesim.run_many, "speed"),
     (apesim.sweep, "speed"),
     (apesim.assess_valve, "speed"),
     (apesim.correct_timing, "speed"),

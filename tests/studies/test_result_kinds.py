@@ -33,6 +33,7 @@ STUDIES = {
 }
 OTHERS = {
     "run_engine": partial(apesim.run_engine, Machine(), "1000 rpm"),
+    "run_many": partial(apesim.run_many, [Machine()], "1000 rpm"),
     "run_valve": partial(apesim.run_valve, Machine()),
     "check_measured": lambda: apesim.check_measured(Machine(), read_example()),
     "fit": lambda: apesim.fit(read_example(), ["valve.viscous_friction"]),
