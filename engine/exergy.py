@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from apesim.air import GasState
 from apesim.engine.cycle import exchange
-from apesim.engine.cycle.flows import effect_terms, exchange_flows, exchange_sides
+from apesim.engine.cycle.flows import EffectTerms, exchange_sides
 from apesim.engine.cycle.state import (
     EXCHANGE,
     SIZE,
@@ -41,6 +42,7 @@ from apesim.exergy import (
 )
 from apesim.kernel import kernel
 from apesim.march.error_bounds import closure_of
+from apesim.restriction import Flow
 from apesim.stack_array import zeros
 from apesim.valve.exergy import (
     CHAMBER_MIXING,
@@ -105,7 +107,16 @@ TERMS = {name: text for name, (_, text) in (ENTERS | LEAVES).items()} | WORKS
 
 @kernel(inline=False)
 def add_exergy_rates(
-    p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, cylinder: CylinderState, dy: np.ndarray
+    p: Cycle,
+    t: float,
+    y: np.ndarray,
+    mode: np.ndarray,
+    cylinder: CylinderState,
+    receiver: GasState,
+    intake: GasState,
+    flows: exchange.Exchange[Flow],
+    terms: EffectTerms,
+    dy: np.ndarray,
 ) -> None:
     """Write the rates of the exergy ledger into the rates of a cycle's state vector, behind them.
 
@@ -123,6 +134,12 @@ def add_exergy_rates(
         Modes of the smooth segment.
     cylinder : apesim.engine.cylinder.CylinderState
         State of the cylinder at that time.
+    receiver, intake : apesim.air.GasState
+        State of the air in the receiver and before the groove.
+    flows : apesim.engine.cycle.exchange.Exchange
+        Flows of the gas exchange, without what passes beside the groove.
+    terms : apesim.engine.cycle.flows.EffectTerms
+        What effects let into the cylinder.
     dy : (SIZE + RATES,) float array
         Rates of the state vector; its last elements are changed [W].
 
@@ -135,21 +152,23 @@ def add_exergy_rates(
     --------
     With all at rest before the first cycle, nothing is destroyed by friction of the valve's piston:
 
+    >>> from apesim.engine.cycle.flows import effect_terms, exchange_flows
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), 100.0)
     >>> (y, mode), dy = charged_at_rest(cycle), np.full(SIZE + RATES, np.nan)
-    >>> add_exergy_rates(cycle, 0.0, y, mode, cylinder_state(cycle, 0.0, y)[0], dy)
+    >>> cylinder, receiver = cylinder_state(cycle, 0.0, y)[0], receiver_state(cycle, y)
+    >>> flows = exchange_flows(cycle, y, mode, cylinder, exchange_sides(cycle, cylinder, receiver, receiver))
+    >>> add_exergy_rates(
+    ...     cycle, 0.0, y, mode, cylinder, receiver, receiver, flows, effect_terms(cycle, cylinder), dy
+    ... )
     >>> print(abs(dy[SIZE + VALVE_FRICTION]))
     0.0
     """
     r: np.ndarray = zeros(RATES)  # type: ignore[call-arg]
     gas, ambient = p.actuator.gas, p.actuator.ambient
     p_c, t_c = cylinder.air
-    receiver = receiver_state(p, y)
-    intake = intake_state(p, y, receiver)
     sides = exchange_sides(p, cylinder, receiver, intake)
-    flows, terms = exchange_flows(p, y, mode, cylinder, sides), effect_terms(p, cylinder)
     let_in, heat, past_groove = terms.let_in, terms.heat, terms.past_groove.mass
     through = stream_through(mode[EXCHANGE + exchange.GROOVE], sides.groove, flows.groove.mass)
     past = stream_through(past_groove, sides.groove, past_groove)

@@ -235,7 +235,7 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
     cylinder, slope = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
     intake = intake_state(p, y, receiver)
-    flows = exchange_flows(p, y, mode, cylinder, exchange_sides(p, cylinder, receiver, intake))
+    exchanged = exchange_flows(p, y, mode, cylinder, exchange_sides(p, cylinder, receiver, intake))
     valve = AT_REST
     if p.engine.intake == EPV:
         if not valve_actuator.in_domain(p.actuator, y):
@@ -244,7 +244,7 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
     line = line_feed(p.actuator, mode, control_air(p, y), valve)
     terms = effect_terms(p, cylinder)
     let_in = terms.let_in
-    flows = with_past_groove(p, flows, terms.past_groove)
+    flows = with_past_groove(p, exchanged, terms.past_groove)
     groove, exhaust, feed, pipe = flows
     work = cylinder.air.pressure * slope * p.speed
     drawn = NO_FLOW
@@ -269,7 +269,7 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
         EngineLedger(flows, max(0.0, -groove.mass), max(0.0, -exhaust.mass), work),
     )
     if y.shape[0] > SIZE:
-        add_exergy_rates(p, t, y, mode, cylinder, dy)
+        add_exergy_rates(p, t, y, mode, cylinder, receiver, intake, exchanged, terms, dy)
     return True
 
 
