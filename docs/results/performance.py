@@ -11,32 +11,24 @@ import apesim
 from apesim.archive.surroundings import processor
 from apesim.studies.timing import corrected
 from docs.results import Number, Table
-from tests.benchmarks.speed import bench_rows, command_time, min_time, operating_points, revolution, start_times
+from tests.benchmarks.methods import OURS, compare
+from tests.benchmarks.speed import command_time, min_time, operating_points, revolution, start_times
 from tests.machines import RPM, machine
 
 LONG = True
 OPTIONAL = True
-WORDS = {
-    "march, 1e-6": "bench, one cycle of strokes in 100 ms, tolerance 1e-6",
-    "march, 1e-07 (default)": "the same at the default tolerance 1e-7",
-    "RK4, 0.01 ms, compiled": "the same by Runge-Kutta of order 4 at 0.01 ms, the EPV paper's method, compiled",
-    "LSODA (SciPy), 1e-6": "the same by SciPy's LSODA at 1e-6 around the compiled rates",
-}
 ENGINE = {"epv": "EPV", "cam": "cam", "ideal": "ideal valve"}
 
 
 def compute():
     """Tables of times side by side, made in one run."""
-    bench, turn, points = bench_rows(), revolution(), operating_points()
+    bench, turn, points = compare(), revolution(), operating_points()
     commands, _ = min_time(lambda: corrected(machine(receiver=1.0), 1000.0 * RPM), 3)
-    ours = bench["march, 1e-6"][0]
+    ours = next(each.seconds for each in bench if each.words == OURS)
     values = {
         "bench": Table(
             ["work", "time", "times ours", "contacts off by [ns]"],
-            [
-                [WORDS[name], _time(seconds), _two(seconds / ours), _two(1e9 * error)]
-                for name, (seconds, error) in bench.items()
-            ],
+            [[each.words, _time(each.seconds), _two(each.seconds / ours), _two(1e9 * each.off)] for each in bench],
         ),
         "engine": Table(
             ["work, 1000 r/min, receiver of 1 L", "time", "cycles marched"],

@@ -1,8 +1,4 @@
-"""How long the usual runs take, and what a fixed step and a general solver take for the same.
-
-Warm, least of several. The fixed step is the method of doi 10.1631/jzus.A0820373: Runge-Kutta of order 4 at 0.01 ms,
-contacts met to a step.
-"""
+"""How long operating points and commands take: warm, least of several."""
 
 import os
 import subprocess
@@ -10,23 +6,15 @@ import sys
 import time
 from typing import NamedTuple
 
-import numba
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from apesim.engine.cycle import rates as cycle
 from apesim.engine.cycle import state as cycle_state
 from apesim.engine.cycle.operating_point import accuracy_at, cycle_of
 from apesim.engine.steady import run_steady
-from apesim.march.adaptive import EVENTS, LOG_HEAD, LOG_ROWS, TOLERANCE, march
-from apesim.march.hybrid_system import events, handle_event, rates, start_segment
-from apesim.valve import actuator, bench
-from apesim.valve.motion import CORNER, FLOW, MET_CLOSED, MET_OPEN
-from apesim.valve.solenoid_flow import FLOWS
+from apesim.march.adaptive import LOG_HEAD, march
 from tests.machines import RPM, machine
 
-PULSE, END = 50e-3, 100e-3
-FIXED_STEP = 0.01e-3
 REPEATS = 30
 
 
@@ -39,121 +27,6 @@ def min_time(run, repeats=REPEATS):
         result = run()
         times.append(time.perf_counter() - start)
     return min(times), result
-
-
-class BenchCycle:
-    """One opening and closing of the default valve in 100 ms, three ways; each returns the times of both contacts."""
-
-    def __init__(self):
-        self.p, self.tables = bench.bench_of(machine(), [0.0, PULSE])
-        self.breakpoints = self.tables.breakpoints(0.0, END)
-
-    def start(self):
-        return bench.closed_at_start(self.p)
-
-    def adaptive(self, tolerance, log_rows=0):
-        """Our march; no log: nothing is looked up."""
-        y, mode = self.start()
-        log = np.empty((log_rows, LOG_HEAD + actuator.STATES))
-        accuracy = bench.accuracy_of(self.p, tolerance)
-        trace = np.empty((0, len(bench.TRACE)))
-        outcome = march(self.p, self.tables, 0.0, y, mode, self.breakpoints, accuracy, log, np.empty(0), trace)
-        code, at = log[: outcome.logged, 1], log[: outcome.logged, 0]
-        return at[(code == MET_OPEN) | (code == MET_CLOSED)]
-
-    def fixed(self):
-        """Runge-Kutta of order 4, compiled."""
-        y, mode = self.start()
-        return fixed_steps(self.p, self.tables, y, mode, self.breakpoints)
-
-    def lsoda(self, tolerance):
-        """SciPy's LSODA from event to event, around the compiled rates."""
-        (y, mode), p, contacts, t = self.start(), self.p, [], 0.0
-        dy, g = np.empty_like(y), np.full(EVENTS, -1.0)
-
-        def slope(t, y):
-            compiled_rates(p, t, y, mode, dy)
-            return dy.copy()
-
-        def event(i):
-            def value(t, y):
-                compiled_events(p, t, y, mode, g)
-                return g[i]
-
-            value.terminal, value.direction = True, 1.0
-            return value
-
-        watched = {i: event(i) for i in range(FLOW + FLOWS) if i != CORNER}
-        atol = tolerance * np.append(np.array([9e-3, 1.0, 1e-5, 1.0, 1e-5, 1.0]), np.ones(bench.SIZE - 6))
-        for breakpoint in self.breakpoints:
-            start_segment(p, self.tables, t, breakpoint, y, mode)
-            while t < breakpoint:
-                step = solve_ivp(
-                    slope, (t, breakpoint), y, "LSODA", events=[*watched.values()], rtol=tolerance, atol=atol
-                )
-                t, y = step.t[-1], step.y[:, -1].copy()
-                if step.status == 1:
-                    (which,) = (i for i, found in zip(watched, step.t_events, strict=True) if len(found))
-                    handle_event(p, self.tables, which, t, y, mode)
-                    contacts += [t] if which in (MET_OPEN, MET_CLOSED) else []
-        return np.array(contacts)
-
-
-@numba.njit(error_model="numpy")
-def compiled_rates(p, t, y, mode, dy):
-    rates(p, t, y, mode, dy)
-
-
-@numba.njit(error_model="numpy")
-def compiled_events(p, t, y, mode, g):
-    events(p, t, y, mode, g)
-
-
-@numba.njit(error_model="numpy")
-def fixed_steps(p, tables, y, mode, breakpoints):
-    n = y.shape[0]
-    k, trial, g = np.zeros((4, n)), np.empty(n), np.full(EVENTS, -1.0)
-    contacts = np.empty(8)
-    met, t = 0, 0.0
-    for breakpoint in breakpoints:
-        start_segment(p, tables, t, breakpoint, y, mode)
-        steps = round((breakpoint - t) / FIXED_STEP)
-        h = (breakpoint - t) / max(steps, 1)
-        for _ in range(steps):
-            rates(p, t, y, mode, k[0])
-            for s in range(1, 4):
-                c = 1.0 if s == 3 else 0.5
-                for i in range(n):
-                    trial[i] = y[i] + c * h * k[s - 1, i]
-                rates(p, t + c * h, trial, mode, k[s])
-            for i in range(n):
-                y[i] += h / 6.0 * (k[0, i] + 2.0 * (k[1, i] + k[2, i]) + k[3, i])
-            t += h
-            events(p, t, y, mode, g)
-            for event in range(EVENTS):
-                if g[event] > 0.0:
-                    if event <= MET_OPEN and met < 8:
-                        contacts[met] = t
-                        met += 1
-                    handle_event(p, tables, event, t, y, mode)
-                    break
-    return contacts[:met]
-
-
-def bench_rows():
-    one = BenchCycle()
-    true = one.adaptive(1e-12, LOG_ROWS)
-    found = {
-        "march, 1e-6": (lambda: one.adaptive(1e-6), one.adaptive(1e-6, LOG_ROWS), REPEATS),
-        f"march, {TOLERANCE:g} (default)": (
-            lambda: one.adaptive(TOLERANCE),
-            one.adaptive(TOLERANCE, LOG_ROWS),
-            REPEATS,
-        ),
-        "RK4, 0.01 ms, compiled": (one.fixed, one.fixed(), REPEATS),
-        "LSODA (SciPy), 1e-6": (lambda: one.lsoda(1e-6), one.lsoda(1e-6), 3),
-    }
-    return {name: (min_time(run, repeats)[0], np.abs(at - true).max()) for name, (run, at, repeats) in found.items()}
 
 
 def revolution():

@@ -1,25 +1,18 @@
-"""How long the usual runs take, and what a fixed step and a general solver take for the same.
+"""How long operating points and commands take.
 
-``python -m pytest -n 0 tests/benchmarks/test_speed.py`` prints a table; nothing here fails on time.
+``python -m pytest -n 0 tests/benchmarks`` prints a table; nothing here fails on time.
 """
 
 import pytest
 
 from apesim.engine.steady import run_steady
 from apesim.march.adaptive import TOLERANCE
-from tests.benchmarks.speed import FIXED_STEP, bench_rows, operating_points, revolution, start_times
+from tests.benchmarks.speed import operating_points, revolution, start_times
 from tests.machines import RPM, machine
 
 
 def test_speed(capsys):
-    rows = bench_rows()
-    ours = rows["march, 1e-6"][0]
-    lines = [f"{'bench, one stroke cycle of 100 ms':38s}{'time':>12s}{'ratio':>9s}{'contacts off by':>18s}"]
-    lines += [
-        f"  {name:36s}{seconds * 1e3:9.3f} ms{seconds / ours:9.2f}{error * 1e6:15.4f} us"
-        for name, (seconds, error) in rows.items()
-    ]
-    lines += ["", f"{'engine at 1000 r/min, receiver 1 L':38s}{'time':>12s}{'cycles':>9s}"]
+    lines = [f"{'engine at 1000 r/min, receiver 1 L':38s}{'time':>12s}{'cycles':>9s}"]
     lines += [f"  {'one revolution, ' + format(TOLERANCE, 'g') + ' (default)':36s}{revolution() * 1e3:9.3f} ms{1:9d}"]
     lines += [
         f"  {'operating point, ' + name:36s}{seconds * 1e3:9.3f} ms{cycles:9d}"
@@ -27,7 +20,6 @@ def test_speed(capsys):
     ]
     with capsys.disabled():
         print("\n" + "\n".join(lines))
-    assert all(error < 10.0 * FIXED_STEP for _, error in rows.values())
 
 
 def test_start(capsys, tmp_path):
