@@ -1,95 +1,85 @@
-"""Times of the usual work, warm and cold, and memory; on the processor that the page names."""
+"""Times of the usual work beside those of older releases, from the record that `python -m tests.benchmarks` keeps."""
 
-import datetime
-import os
-import platform
-import tempfile
-from importlib.metadata import version
-from pathlib import Path
+from docs.results import Table
+from tests.benchmarks.record import NOW, read_record
+from tests.benchmarks.rows import CALL, COMMAND, FIRST, POINT, describe
 
-import apesim
-from apesim.archive.surroundings import processor
-from apesim.studies.timing import corrected
-from docs.results import Number, Table
-from tests.benchmarks.methods import OURS, compare
-from tests.benchmarks.speed import command_time, min_time, operating_points, revolution, start_times
-from tests.machines import RPM, machine
-
-LONG = True
 OPTIONAL = True
-ENGINE = {"epv": "EPV", "cam": "cam", "ideal": "ideal valve"}
+METHODS = "methods"
+GROUPS = {"calls": CALL, "points": POINT, "commands": COMMAND, "first_runs": FIRST}
+"""Tables by their names in the page."""
 
 
 def compute():
-    """Tables of times side by side, made in one run."""
-    bench, turn, points = compare(), revolution(), operating_points()
-    commands, _ = min_time(lambda: corrected(machine(receiver=1.0), 1000.0 * RPM), 3)
-    ours = next(each.seconds for each in bench if each.words == OURS)
-    values = {
-        "bench": Table(
-            ["work", "time", "times ours", "contacts off by [ns]"],
-            [[each.words, _time(each.seconds), _two(each.seconds / ours), _two(1e9 * each.off)] for each in bench],
-        ),
-        "engine": Table(
-            ["work, 1000 r/min, receiver of 1 L", "time", "cycles marched"],
-            [
-                ["one coupled revolution at the default tolerance", _time(turn), Number(1)],
-                *([f"operating point, {ENGINE[k]}", _time(s), Number(n)] for k, (s, n) in points.items()),
-                ["corrected commands of one operating point", _time(commands), "—"],
-            ],
-        ),
-    }
-    return values | _commands() | {"machine": _machine()}
-
-
-def _commands():
-    """Whole commands in processes of their own, from an empty folder of caches on; the main job after them."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        rows = start_times(folder / "cache")
-        sweep = ["engine", "sweep", "--overwrite", "--out"]
-        warm = command_time([*sweep, "one.h5", "--jobs", "1"], folder / "cache", 2, folder)
-        both = command_time([*sweep, "all.h5"], folder / "cache", 2, folder)
-        size = (folder / "one.h5").stat().st_size
-        points = len(apesim.read_archive(folder / "one.h5").to_pandas())
-    rows |= {"the main job, engine sweep, one process": warm, "the main job, as many processes as cores": both}
+    """Tables of times side by side, and what they were measured on."""
+    lines = read_record()
+    if not lines:
+        raise FileNotFoundError("nothing is measured: python -m tests.benchmarks OLD.whl --save")
+    tables = {name: _compare([line for line in lines if line["group"] == group]) for name, group in GROUPS.items()}
     return {
-        "commands": Table(
-            ["command, from its start to its end", "time", "largest memory of its first process"],
-            [[name, _time(each.seconds), f"{each.memory / 1e6:.0f} MB"] for name, each in rows.items()],
-        ),
-        "points": Table(
-            ["the main job", ""],
+        "machine": _machine(lines),
+        "methods": _methods([line for line in lines if line["group"] == METHODS]),
+    } | tables
+
+
+def _machine(lines):
+    """What the times were measured on, when, and of which commit."""
+    whats = {"processor": "processor", "cores": "cores", "date": "date", "commit": "commit"}
+    rows = [[what, ", ".join(sorted({line[key] for line in lines}))] for key, what in whats.items()]
+    loads = [float(line["load"]) for line in lines]
+    return Table(["measured on", ""], [*rows, ["other load before it, processes", f"{max(loads):.1f}"]])
+
+
+def _methods(lines):
+    """Methods for the bench: times as shares of the first's, time of an evaluation, error of the contacts."""
+    heads = ["one stroke cycle of 100 ms", "time", "ratio", "for an evaluation of the rates", "contacts off by"]
+    rows = []
+    for line in lines:
+        seconds, evaluations = float(line["seconds"]), line["evaluations"]
+        rows.append(
             [
-                ["operating points", Number(points)],
-                ["time of one process for a point, start and figures included", _time(warm.seconds / points)],
-                ["archive", f"{size / 1e6:.1f} MB"],
-                ["archive for a point", f"{size / points / 1e3:.0f} kB"],
-            ],
-        ),
-    }
+                line["words"],
+                describe(seconds),
+                _two(seconds / float(lines[0]["seconds"])),
+                f"{_two(1e9 * seconds / int(evaluations))} ns" if evaluations else "—",
+                f"{_two(1e9 * float(line['contacts_off']))} ns",
+            ]
+        )
+    return Table(heads, rows or [_not_yet(heads)])
 
 
-def _machine():
-    """What the times were measured on, and when."""
-    rows = [
-        ["processor", processor()],
-        ["cores", f"{os.cpu_count()}"],
-        ["system", f"{platform.system()}, Python {platform.python_version()}, Numba {version('numba')}"],
-        ["date", datetime.date.today().isoformat()],
-        ["other load at the end, mean of 15 minutes", f"{os.getloadavg()[2]:.1f} processes"],
-    ]
-    return Table(["measured on", ""], rows)
+def _compare(lines):
+    """Times of all releases by row, and how many times as long the older ones took."""
+    codes = [*(code for code in dict.fromkeys(line["code"] for line in lines) if code != NOW), NOW]
+    rows = {}
+    for line in lines:
+        rows.setdefault(line["words"], {})[line["code"]] = line
+    heads = ["work", *codes, *(f"{code} : {NOW}" for code in codes[:-1])]
+    return Table(heads, [[words, *_cells(by_code, codes)] for words, by_code in rows.items()] or [_not_yet(heads)])
+
+
+def _not_yet(heads):
+    """The row of a table whose rows are still to be measured."""
+    return ["not measured yet", *["—"] * (len(heads) - 1)]
+
+
+def _cells(by_code, codes):
+    """Times with the cycles of operating points, then ratios; a dash where a release has no such thing."""
+    times = [_seconds(by_code.get(code)) for code in codes]
+    cycles = [by_code[code]["cycles"] if code in by_code else "" for code in codes]
+    yield from (
+        describe(time) + (f", {number} cycles" if number else "") for time, number in zip(times, cycles, strict=True)
+    )
+    yield from ("—" if time != time or times[-1] != times[-1] else _two(time / times[-1]) for time in times[:-1])
+
+
+def _seconds(line):
+    """The time that a line tells: processor time of first runs; NaN where there is none."""
+    key = "processor_seconds" if line and line["group"] == FIRST else "seconds"
+    return float(line[key]) if line and line[key] else float("nan")
 
 
 def _two(value):
     """Two digits of a number."""
-    return f"{float(f'{value:.2g}'):g}" if value < 10.0 else f"{float(f'{value:.2g}'):.0f}"
-
-
-def _time(seconds):
-    """A time with two digits in the unit that suits it."""
-    for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "µs")):
-        if seconds * factor >= 1.0 or unit == "µs":
-            return f"{_two(seconds * factor)} {unit}"
-    raise AssertionError
+    rounded = float(f"{value:.2g}")
+    return f"{rounded:g}" if rounded < 1000.0 else f"{rounded:.0f}"

@@ -1,22 +1,13 @@
-"""Methods for the bench beside each other: they meet the same contacts. Nothing here fails on time.
+"""Methods for the bench beside each other, and operating points.
 
-``python -m pytest -n 0 tests/benchmarks`` prints the times.
+``python -m pytest -n 0 tests/benchmarks`` prints the times; nothing here fails on one.
 """
 
 import pytest
 
-from tests.benchmarks.c_program import COMPILER, CProgram
-from tests.benchmarks.methods import COMPARED, END, FIXED_STEP, PULSE, TRUE, BenchCycle, compare, table
-
-
-@pytest.mark.skipif(not COMPILER, reason="no gcc to compile bench_march.c with")
-def test_the_program_in_c_does_the_same_as_the_march(tmp_path):
-    """It meets the contacts of a fine march, and takes as many steps: otherwise a ratio of times says nothing."""
-    bench, program = BenchCycle(), CProgram(tmp_path)
-    coarse, fine = (program.run(PULSE, END, tolerance, repeats=1) for tolerance in (COMPARED, TRUE))
-    assert coarse.contacts == pytest.approx(bench.contacts(TRUE), rel=0.0, abs=1e-6)
-    assert fine.contacts == pytest.approx(bench.contacts(TRUE), rel=0.0, abs=1e-10)
-    assert coarse.evaluations == pytest.approx(bench.march(COMPARED).evaluations, rel=0.02)
+from apesim.engine.steady import run_steady
+from tests.benchmarks.methods import FIXED_STEP, compare, table
+from tests.machines import RPM, machine
 
 
 def test_all_methods_meet_the_contacts(capsys):
@@ -24,3 +15,9 @@ def test_all_methods_meet_the_contacts(capsys):
     with capsys.disabled():
         print("\n" + "\n".join(table(found)))
     assert all(each.off < 10.0 * FIXED_STEP for each in found)
+
+
+@pytest.mark.parametrize("intake", ["epv", "cam", "ideal"])
+def test_operating_point(benchmark, intake):
+    a_machine = machine(intake=intake, receiver=1.0)
+    assert benchmark(run_steady, a_machine, 1000.0 * RPM).orbit.converged
