@@ -26,7 +26,12 @@ class Secants:
         self._last: tuple[np.ndarray, np.ndarray] | None = None
         self._recent: list[tuple[np.ndarray, np.ndarray] | None] = []
         self._slopes: list[tuple[np.ndarray, np.ndarray]] = []
-        self._unexplained = np.inf
+        self._unexplained = 0.0
+
+    @property
+    def are_shown(self) -> bool:
+        """Whether one of the secants that a step is made of shows a slope."""
+        return any(secant is not None for secant in self._recent)
 
     def forget(self) -> None:
         """Leave out what was seen before, as behind a change of phase.
@@ -37,9 +42,9 @@ class Secants:
         >>> secants.add(np.array([1.0]), np.array([0.5]), np.ones(1))
         >>> secants.forget()
         >>> secants.step(np.array([-0.5]), np.ones(1))
-        (array([-0.5]), 0.5)
+        (array([-0.5]), 499.9999999999996)
         """
-        self._last, self._unexplained = None, np.inf
+        self._last, self._unexplained = None, 0.0
         self._recent.clear()
 
     def add(self, state: np.ndarray, image: np.ndarray, sizes: np.ndarray) -> None:
@@ -114,7 +119,7 @@ class Secants:
             rest = gain - weights @ gained
             step = rest - weights @ moved
         unexplained = float(np.abs(rest).max())
-        falls_by = min(unexplained / self._unexplained, SLOWEST) if self._unexplained > 0.0 else 0.0
+        falls_by = min(unexplained / self._unexplained, SLOWEST) if self._unexplained > 0.0 else SLOWEST
         self._unexplained = unexplained
         return step, max(float(np.abs(step).max()), unexplained / (1.0 - falls_by))
 

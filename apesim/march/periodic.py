@@ -73,10 +73,9 @@ GROWTH = 4.0
 NUDGE = 1e-3
 """Relative change of a state for a difference of the cycle's map."""
 ENOUGH = 24
-"""Accelerated cycles at most: where they do not do, as where a bouncing valve makes the map rough, the search goes on
-from their end."""
+"""Accelerated cycles at most; where they do not do, the search begins anew."""
 VAIN = 6
-"""Such cycles in a row that do not halve a gain within the solver's error, at most."""
+"""Such cycles in a row that do not halve a gain within the solver's error, at most; the search goes on from there."""
 REPELLING = 1.001
 """Modulus of a multiplier from which on accelerated cycles may have come to a state that repels."""
 
@@ -732,40 +731,45 @@ def _accelerated(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float
     """Cycles between which Anderson's method leads on; of the period 0 where the search has to go on from their end.
 
     Where a deviation changes its sign from cycle to cycle, or grows, they may have come to a state that no machine
-    settles to, as the one between the two states of a period of two: then the search begins anew, from the start.
+    settles to, as the one between the two states of a period of two: then the search begins anew, from the start. So
+    it does where they lead nowhere.
     """
     n, scale = len(drive.accuracy.scale), drive.accuracy.scale
-    start = Settling(y, mode, Status.DONE, np.inf, np.inf, 0)
+    anew = Settling(y, mode, Status.DONE, np.inf, np.inf, 0)
     # The first cycle fills an empty cylinder: no secant from there shows a slope.
     y, mode, status = drive.march(y, mode)
     gains: list[float] = []
-    secants, change = Secants(), np.inf
+    secants, repeats = Secants(), 0
     while status == Status.DONE and drive.cycles < ENOUGH:
         image, mode_image, status = drive.march(y, mode)
-        if status != Status.DONE:
-            return start
+        if status == Status.TOO_MANY_EVALUATIONS:
+            return Settling(image, mode_image, status, np.inf, np.inf, 0)
         is_held = min(abs(mode[0]), abs(mode_image[0])) > FREE
         if _is_other_phase(mode, mode_image) or (is_held and mode[0] != mode_image[0]):
             secants.forget()
             y, mode = image, mode_image
             continue
+
+        # Whether the state repeats: nothing may be far that the secants show, nor what they do not.
         sizes = scale + np.abs(y[:n])
         gain = (image - y)[:n] / sizes
         secants.add(y[:n], image[:n], sizes)
         step, left = secants.step(gain, sizes)
         change = float(np.abs(gain).max())
-        if change <= tolerance and left <= FARTHEST * tolerance:
-            found = Settling(image, mode_image, Status.DONE, change, np.inf, 1)
+        repeats = repeats + 1 if change <= tolerance and left <= FARTHEST * tolerance else 0
+        if repeats == 2 or (repeats and (secants.are_shown or change == 0.0)):
             multipliers = secants.multipliers()
             repels = multipliers.real.min(initial=0.0) < SWINGING or np.abs(multipliers).max(initial=0.0) > REPELLING
-            return start if repels else found
+            return anew if repels else Settling(image, mode_image, Status.DONE, change, np.inf, 1)
+
+        # Where only the solver's error moves the state, plain cycles tell sooner.
         gains.append(change)
         lately, before = min(gains[-VAIN:]), min(gains[:-VAIN], default=np.inf)
         if 0.5 * before < lately < NOISE * drive.accuracy.tolerance:
             return Settling(image, mode_image, Status.DONE, change, np.inf, 0)
         y, mode = y.copy(), mode_image
         y[:n] += np.clip(step, -CLIP, CLIP) * sizes
-    return start if status != Status.DONE else Settling(y, mode, Status.DONE, change, np.inf, 0)
+    return anew
 
 
 def _settled(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float, max_cycles: int) -> Settling:
@@ -943,11 +947,13 @@ def periodic_orbit(
     """
     drive = Drive(p, tables, breakpoints, accuracy)
     found = _from_known(drive, known, tolerance, record) if known else None
+    spent = 0
     if found is None and max_cycles > ENOUGH:
         found = _accelerated(drive, y, mode, tolerance)
         y, mode = found.y, found.mode
-    if found is None or not found.period:
-        found = _settled(drive, y, mode, tolerance, max_cycles)
+        if found.status == Status.DONE and not found.period:  # the search goes on, with its own count
+            found, spent, drive.cycles = None, drive.cycles, 0
+    found = found or _settled(drive, y, mode, tolerance, max_cycles - spent)
     y = found.y.copy()
     y[accuracy.scale.shape[0] :] = 0.0
     orbit = Orbit(
@@ -955,7 +961,7 @@ def periodic_orbit(
         found.mode,
         bool(found.period),
         found.period,
-        drive.cycles,
+        spent + drive.cycles,
         found.change,
         found.change_of_two,
         found.status,
