@@ -130,8 +130,8 @@ class _Library(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
         prefix = RuntimeLinker.PREFIX  # of what is called by its address, in recursions
         by_address = {v.name.removeprefix(prefix) for v in self._final_module.global_variables if prefix in v.name}
         for function in self._final_module.functions:
-            if not function.is_declaration and function.name not in own | by_address:
-                function.linkage = "internal"
+            if not function.is_declaration and function.name not in own:
+                function.linkage = "weak_odr" if function.name in by_address else "internal"
 
     def _optimize_final_module(self) -> None:
         passes = llvmlite.binding.create_new_module_pass_manager()
@@ -152,6 +152,19 @@ class _Library(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
         self._environments[name] = environment
 
 
+class _Flags(compiler.Flags):  # type: ignore[misc]  # numba has no types
+    """Options of a compilation; Numba compares them some ten thousand times, and they change no more."""
+
+    __slots__ = ("_known_values",)
+
+    def values(self) -> dict[str, Any]:
+        try:
+            known: dict[str, Any] = self._known_values
+        except AttributeError:
+            self._known_values = known = super().values()
+        return known
+
+
 class _Compiler(compiler.Compiler):  # type: ignore[misc]  # numba has no types
     """Numba's compiler of a kernel or an entry, into a `_Library`."""
 
@@ -159,6 +172,7 @@ class _Compiler(compiler.Compiler):  # type: ignore[misc]  # numba has no types
         """Compile a function."""
         self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
         self.state.library.enable_object_caching()
+        self.state.flags = _Flags(self.state.flags)
         with _without_collector(), _typing_once(self.state.typingctx):
             return super().compile_extra(func)
 
