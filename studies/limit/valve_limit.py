@@ -14,7 +14,8 @@ from apesim.archive.columns import column, run_text, values_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
-from apesim.march.adaptive import Status
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, Status, march
+from apesim.march.periodic import MAX_CYCLES, Orbit, periodic_orbit
 from apesim.quantities.arguments import Given
 from apesim.quantities.settings import dumps
 from apesim.results import Scalar
@@ -26,9 +27,10 @@ from apesim.studies.limit.points import Point, lowest_run, own_run, point_column
 from apesim.studies.operating_conditions import DUTY, JOBS, PRESSURE, TEMPERATURE, with_control_air
 from apesim.studies.progress import Progress, show_progress
 from apesim.studies.valve_map import PRESSURES, grid_conditions, plot_over_pressure, supply_columns
-from apesim.valve.bench import BenchRun, run_bench
+from apesim.valve.actuator import STATES
+from apesim.valve.bench import TRACE, accuracy_of, bench_of, closed_at_start
 from apesim.valve.groove import area_table, lap_of
-from apesim.valve.measures import lap_times
+from apesim.valve.measures import closing_stroke, lap_times, opening_stroke
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +43,12 @@ LOWEST, HIGHEST, RESOLUTION = 1.0, 1000.0, 0.01
 """Rates between which the limit is looked for, and how closely [Hz]."""
 STEP_UP = 1.25
 """Ratio of a rate of the scan to the one before."""
-SECONDS_A_POINT = 0.4
+SETTLING = 30
+"""Cycles that a valve is given to settle before a stroke that falls short counts, and then twice as many, and so on;
+chosen: from the state of a lower rate complete strokes repeat after some 25 cycles, from rest after some 50."""
+WATCHED = 10
+"""Cycles that are watched then; chosen: a valve that wanders between its stops falls short in every other cycle."""
+SECONDS_A_POINT = 0.25
 """Estimated computing time of a limit [s]."""
 LIMIT_TEMPERATURES = "250 K, 287 K, 322 K"
 DUTIES = "0.3, 0.5"
@@ -62,10 +69,108 @@ class Limit(NamedTuple):
     """Time for which the lift is above the lap at the limit [s]."""
 
 
-def _repeated_run(machine: Machine, rate: float, duty: float) -> BenchRun:
-    """Run the valve on its bench at a rate [Hz] and duty to its periodic state; see `is_complete`."""
-    period = 1.0 / rate
-    return run_bench(machine, duty * period, period=period)
+class Strokes(NamedTuple):
+    """Strokes of a valve that is driven at a rate."""
+
+    are_complete: bool
+    """Whether every stroke is complete, and every cycle repeats the one before."""
+    state: tuple[np.ndarray, np.ndarray]
+    """State and modes at the end, from which a rate near by may start."""
+    log: np.ndarray
+    """Log of two periods of the periodic state, see `apesim.march.adaptive.march`; empty where none was met."""
+
+
+class _Drive:
+    """Valve on its bench that is driven at a rate [Hz] with a duty, from a state or from rest."""
+
+    def __init__(self, machine: Machine, rate: float, duty: float, state: tuple[np.ndarray, np.ndarray] | None) -> None:
+        self.period, self.duty = 1.0 / rate, duty
+        self.p, self.tables = bench_of(machine, (0.0, duty * self.period), self.period)
+        self.breakpoints = self.tables.breakpoints(0.0, self.period)
+        self.accuracy = accuracy_of(self.p)
+        self.state = state or closed_at_start(self.p)
+
+    def settle(self, max_cycles: int) -> Orbit:
+        """March towards the periodic state, over so many cycles at most."""
+        orbit = periodic_orbit(self.p, self.tables, *self.state, self.breakpoints, self.accuracy, max_cycles=max_cycles)
+        self.state = orbit.y, orbit.mode
+        return orbit
+
+    def log_cycle(self) -> np.ndarray:
+        """March a cycle, and return its log."""
+        (y, mode), log = (part.copy() for part in self.state), np.empty((LOG_ROWS, LOG_HEAD + STATES))
+        y[len(self.accuracy.scale) :] = 0.0  # the ledger is that of the cycle
+        no_trace = np.empty(0), np.empty((0, len(TRACE)))
+        outcome = march(self.p, self.tables, 0.0, y, mode, self.breakpoints, self.accuracy, log, *no_trace)
+        self.state = y, mode
+        return log[: outcome.logged] if outcome.status == Status.DONE else log[:0]
+
+    def in_turn(self, cycle: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """Log of a cycle and of the one after it, in one."""
+        later = after.copy()
+        later[:, 0] += self.period
+        return np.concatenate((cycle, later))
+
+    def completes(self, log: np.ndarray) -> bool:
+        """Whether both strokes of the first of two cycles in a log are complete.
+
+        Contacts later than a period after their command belong to another cycle's stroke.
+        """
+        release = self.duty * self.period
+        opening, closing = opening_stroke(log, 0.0, 2.0 * self.period), closing_stroke(log, release, 2.0 * self.period)
+        return opening.contact <= self.period and closing.contact <= release + self.period
+
+
+def drive_valve(
+    machine: Machine, rate: float, duty: float, start: tuple[np.ndarray, np.ndarray] | None = None
+) -> Strokes:
+    """Drive the valve on its bench at a rate until its strokes are seen to be complete for ever, or not to be.
+
+    Complete strokes forget what went before: the piston stands at each stop in each cycle, and the state repeats after
+    some ten cycles. Strokes that fall short do not, and the piston may wander between its stops for ever. So no search
+    goes on for a period once a stroke falls short in cycles that had time to settle.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    rate : float
+        Strokes to open a second [Hz].
+    duty : float
+        Share of the period for which the solenoids are energised.
+    start : tuple of array, optional
+        State and modes of the bench to start from; at rest if left out.
+
+    Returns
+    -------
+    Strokes
+        Whether they are complete, and the state that the valve came to.
+
+    Examples
+    --------
+    >>> strokes = drive_valve(Machine(), 20.0, duty=0.5)
+    >>> strokes.are_complete, drive_valve(Machine(), 21.0, 0.5, strokes.state).are_complete
+    (True, True)
+    """
+    drive = _Drive(machine, rate, duty, start)
+    settling, cycles, no_log = SETTLING, 0, np.empty((0, LOG_HEAD + STATES))
+    while cycles < MAX_CYCLES:
+        orbit = drive.settle(min(settling, MAX_CYCLES - cycles))
+        if orbit.status != Status.DONE:
+            return Strokes(False, drive.state, no_log)
+        if orbit.converged:
+            cycle = drive.log_cycle()
+            log = drive.in_turn(cycle, cycle)
+            drive.state = orbit.y, orbit.mode
+            return Strokes(orbit.period == 1 and drive.completes(log), drive.state, log)
+        # A stroke that falls short now answers the question; else there is more to settle.
+        before = drive.log_cycle()
+        for _ in range(WATCHED):
+            before, last = drive.log_cycle(), before
+            if not drive.completes(drive.in_turn(last, before)):
+                return Strokes(False, drive.state, no_log)
+        cycles += orbit.cycles + 1 + WATCHED
+        settling *= 2
+    return Strokes(False, drive.state, no_log)
 
 
 def is_complete(machine: Machine, rate: float, duty: float) -> bool:
@@ -89,19 +194,14 @@ def is_complete(machine: Machine, rate: float, duty: float) -> bool:
     >>> [is_complete(Machine(), rate, duty=0.5) for rate in (20.0, 100.0)]
     [True, False]
     """
-    period = 1.0 / rate
-    run = _repeated_run(machine, rate, duty)
-    orbit = run.orbit
-    if run.status != Status.DONE or orbit is None or not orbit.converged or orbit.period != 1:
-        return False
-    # Contacts later than a period after their command belong to another cycle's stroke.
-    return run.opening.contact <= period and run.closing.contact <= (1.0 + duty) * period
+    return drive_valve(machine, rate, duty).are_complete
 
 
 def working_limit(machine: Machine, duty: float = 0.5, resolution: float = RESOLUTION) -> Limit:
-    """Find the highest working rate of the valve: scan upwards in steps of a quarter, then bisect.
+    """Find the highest rate to which the valve can be brought from below with complete strokes.
 
-    Where the limit lies between two rates it is bisected [1]_.
+    The rate rises in steps of a quarter; where the limit lies between two rates it is bisected [1]_, and then
+    approached in steps of the resolution. Each rate starts from the periodic state of the highest complete one below.
 
     Parameters
     ----------
@@ -129,30 +229,44 @@ def working_limit(machine: Machine, duty: float = 0.5, resolution: float = RESOL
     """
     rates = LOWEST * STEP_UP ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(STEP_UP)) + 1)
     marches, good, bad, again = 0, nan, nan, nan
+    best: Strokes | None = None
     for rate in rates:
         marches += 1
-        complete = is_complete(machine, rate, duty)
-        if complete and np.isnan(bad):
-            good = rate
-        elif complete:
+        # The rate rises slowly, as it would on a bench; above the limit there is nothing to start from.
+        strokes = drive_valve(machine, rate, duty, best.state if best and np.isnan(bad) else None)
+        if strokes.are_complete and np.isnan(bad):
+            good, best = rate, strokes
+        elif strokes.are_complete:
             again = rate
             break
         elif np.isnan(bad):
             bad = rate
         elif rate > 2.0 * bad:
             break
-    if np.isnan(good) or np.isnan(bad):
+    if best is None or np.isnan(bad):
         return Limit(good, again, marches)
     while bad - good > resolution:
         middle = 0.5 * (good + bad)
         marches += 1
-        if is_complete(machine, middle, duty):
-            good = middle
+        strokes = drive_valve(machine, middle, duty, best.state)
+        if strokes.are_complete:
+            good, best = middle, strokes
         else:
             bad = middle
+    # Near its limit a valve that jumps to a rate may miss complete strokes that it keeps as the rate creeps up.
+    step = resolution
+    while True:
+        marches += 1
+        strokes = drive_valve(machine, good + step, duty, best.state)
+        if strokes.are_complete:
+            good, best, step = good + step, strokes, 2.0 * step
+        elif step > resolution:
+            step *= 0.5
+        else:
+            break
     lap = lap_of(area_table(machine.groove, machine.valve.stroke))
-    opened, shut = lap_times(_repeated_run(machine, good, duty).log, machine.valve.stroke, lap)
-    return Limit(good, again, marches + 1, shut - opened)
+    opened, shut = lap_times(best.log, machine.valve.stroke, lap)
+    return Limit(good, again, marches, shut - opened)
 
 
 def _limit_at(point: tuple[int, Machine, float]) -> Limit:
