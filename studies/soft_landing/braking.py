@@ -10,7 +10,7 @@ from math import ceil, inf
 
 import numpy as np
 
-from apesim.studies.soft_landing.landing import SOLENOIDS, Landing, Task, apart_of, land
+from apesim.studies.soft_landing.landing import SOLENOIDS, Lander, Landing, Task, apart_of
 from apesim.valve.solenoid import solenoid_curves
 
 RESOLUTION = 0.01e-3
@@ -121,19 +121,20 @@ def search(task: Task, unbraked: Landing, spacing: float, cost: float) -> np.nda
     Examples
     --------
     >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.soft_landing.landing import land
     >>> task = Task(Machine(), 50e-3, "closing")
     >>> unbraked = land(task)
     >>> softest = front_of(search(task, unbraked, spacing=0.6e-3, cost=1e-3), max_added=1e-3)[-1]
     >>> round(unbraked.speed, 2), bool(softest[SPEED] < 0.1 * unbraked.speed)  # [m/s]
     (1.54, True)
     """
-    max_added = max(MIN_ADDED, cost)
+    max_added, lander = max(MIN_ADDED, cost), Lander(task)
     points = _first_grid(task, unbraked, spacing, max_added)
     tried: set[tuple[int, int]] = set()
     completed: list[tuple[float, ...]] = []
     unit, brakes = COARSE, np.empty((0, 6))
     while points:
-        completed += [row for point in sorted(points) if (row := _attempt(task, unbraked, max_added, point))]
+        completed += [row for point in sorted(points) if (row := _attempt(lander, unbraked, max_added, point))]
         tried |= points
         brakes = np.array(completed).reshape(-1, 6)
         softest = [front_of(brakes, apart, cost)[-1:] for apart in (spacing, 0.0)]
@@ -172,19 +173,21 @@ def _first_grid(task: Task, unbraked: Landing, spacing: float, max_added: float)
 
 
 def _attempt(
-    task: Task, unbraked: Landing, max_added: float, point: tuple[int, int]
+    lander: Lander, unbraked: Landing, max_added: float, point: tuple[int, int]
 ) -> tuple[float, float, float, float, float, int] | None:
     """Run a brake with edges in units of the resolution, see `BRAKE` for what is returned.
 
     None is returned where the stroke is not completed in time, or not softer than unbraked.
     """
     brake, release = _edges_of(point)
+    task = lander.task
     apart = apart_of(task, (brake, release))
     if apart <= 0.0:
         return None
+    flight = lander.fly((brake, release))
     soon = max(unbraked.contact + max_added, release) + COARSE * RESOLUTION
     for within in (soon, inf):  # most fail soon
-        landing = land(task, (brake, release), within)
+        landing = flight.land(min(task.dwell, within))
         added = landing.contact - unbraked.contact
         if not (landing.stays and added <= max_added and landing.speed < unbraked.speed):
             return None
@@ -226,13 +229,14 @@ def sturdiest(
     Examples
     --------
     >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.soft_landing.landing import land
     >>> task = Task(Machine(), 50e-3, "closing")
     >>> brakes = np.array([[8.72e-3, 9.46e-3, 0.91e-3, 0.036, 0.74e-3, 0]])
     >>> brake, worst = sturdiest([(task, land(task))], brakes, spacing=0.6e-3, cost=1e-3)
     >>> round(1e3 * brake[0], 1), worst < 0.1  # [ms], [m/s]
     (8.7, True)
     """
-    ordered, unit = list(conditions), COARSE // 8
+    ordered, unit = [(Lander(task), unbraked) for task, unbraked in conditions], COARSE // 8
     points = np.round(brakes[:, (BRAKE, RELEASE)] / RESOLUTION).astype(int)
     start = (brakes[:, APART] >= spacing) & (brakes[:, ADDED] <= cost) & (points[:, 0] % unit == 0)
     best: tuple[int, int] | None = None
@@ -241,7 +245,7 @@ def sturdiest(
         moved = False
         for point in around:
             brake = _edges_of(point)
-            if apart_of(ordered[0][0], brake) < max(spacing, RESOLUTION):
+            if apart_of(conditions[0][0], brake) < max(spacing, RESOLUTION):
                 continue
             speed = _worst_speed(ordered, brake, cost, lowest)
             if speed < lowest:
@@ -261,15 +265,15 @@ def _edges_of(point: tuple[int, int]) -> tuple[float, float]:
 
 
 def _worst_speed(
-    conditions: list[tuple[Task, Landing]], brake: tuple[float, float], cost: float, bound: float = inf
+    conditions: list[tuple[Lander, Landing]], brake: tuple[float, float], cost: float, bound: float = inf
 ) -> float:
     """Find the highest seating speed of a brake over conditions [m/s]; inf where it reaches a bound or a stroke fails.
 
     The condition that shows it is moved to the front of the list: it is likely to show it for the next brake as well.
     """
     worst = 0.0
-    for number, (task, unbraked) in enumerate(conditions):
-        landing = land(task, brake)
+    for number, (lander, unbraked) in enumerate(conditions):
+        landing = lander.land(brake)
         if not (landing.stays and landing.contact - unbraked.contact <= cost and landing.speed < bound):
             conditions.insert(0, conditions.pop(number))
             return inf

@@ -1,6 +1,7 @@
 """Soft landing, the next step that the paper names (doi 10.1631/jzus.A0820373): how far braking re-switches go."""
 
 from collections.abc import Callable, Sequence
+from itertools import product, repeat
 from math import nan
 from typing import Any, NamedTuple
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import LOG_HEAD, ZERO_CROSSING
+from apesim.studies.execution.pool import Team, workers_for
 from apesim.studies.operating_conditions import with_control_air
 from apesim.studies.soft_landing.braking import (
     APART,
@@ -38,6 +40,8 @@ FACTORS = (0.95, 1.0, 1.05)
 """Factors on the gauge pressure for which a brake is tried."""
 OFFSETS = (-10.0, 0.0, 10.0)
 """Offsets of the temperature for which a brake is tried [K]."""
+SECONDS_A_STROKE = 4.0
+"""Estimated computing time of a stroke [s]."""
 LIMITS = ("within_spacing", "any_spacing")
 """Whether the edges keep the solenoids' least time."""
 KINDS = ("softest", "sturdy")
@@ -130,29 +134,6 @@ def conditions_of(task: Task) -> list[tuple[Task, Landing]]:
     return [(other, land(other)) for other in tasks]
 
 
-def _choose(
-    task: Task,
-    unbraked: Landing,
-    brakes: np.ndarray,
-    conditions: Sequence[tuple[Task, Landing]],
-    spacing: float,
-    cost: float,
-) -> dict[str, Choice | None]:
-    """Choose the softest and the sturdiest brake for a spacing and a cost [s], by kind; None where there is none."""
-    softest = front_of(brakes, spacing, cost)[-1:]
-    if not len(softest):
-        return dict.fromkeys(KINDS)
-    candidates: list[tuple[float, tuple[float, float], int]] = []
-    for number in np.unique(brakes[:, SWITCHED]).astype(int):
-        brake, worst = sturdiest(_of(number, conditions), brakes[brakes[:, SWITCHED] == number], spacing, cost)
-        candidates += [(worst, brake, int(number))] if brake else []
-    sturdy = min(candidates, default=None)
-    return {
-        "softest": _choice(task, unbraked, softest[0, :2], int(softest[0, SWITCHED]), conditions),
-        "sturdy": _choice(task, unbraked, sturdy[1], sturdy[2], conditions) if sturdy else None,
-    }
-
-
 def _of(number: int, conditions: Sequence[tuple[Task, Landing]]) -> list[tuple[Task, Landing]]:
     """Conditions whose brake switches the solenoids of that number."""
     return [(task._replace(solenoids=SOLENOIDS[number]), unbraked) for task, unbraked in conditions]
@@ -174,23 +155,71 @@ def _choice(
     return Choice(np.array([*brake, landing.contact - unbraked.contact, landing.speed, apart, number]), landings, added)
 
 
-def _soften(task: Task, spacing: float, cost: float, solenoids: Sequence[str] = SOLENOIDS) -> Result:
-    """Find the brakes of a stroke; there are none where the unbraked stroke is not completed."""
-    unbraked = land(task)
-    if not unbraked.stays:
-        return Result(
-            task, unbraked, nan, np.empty((0, 6)), {(limit, kind): None for limit in LIMITS for kind in KINDS}
-        )
-    plain = task.run(sample=task.dwell)
-    lowest = _lowest_speed(plain.log, task.command, task.command + unbraked.contact)
-    brakes = np.concatenate([search(task._replace(solenoids=s), unbraked, spacing, cost) for s in solenoids])
-    conditions = conditions_of(task)
-    choices = {
-        (limit, kind): choice
-        for limit, apart in zip(LIMITS, (spacing, 0.0), strict=True)
-        for kind, choice in _choose(task, unbraked, brakes, conditions, apart, cost).items()
+class _Stroke:
+    """A stroke whose brakes are sought, with what is known of it so far."""
+
+    def __init__(self, task: Task) -> None:
+        self.task, self.unbraked, self.lowest, self.brakes = task, land(task), nan, np.empty((0, 6))
+        self.conditions: list[tuple[Task, Landing]] = []
+        if self.unbraked.stays:
+            plain = task.run(sample=task.dwell)
+            self.lowest = _lowest_speed(plain.log, task.command, task.command + self.unbraked.contact)
+            self.conditions = conditions_of(task)
+
+
+def _soften(
+    team: Team, tasks: Sequence[Task], spacing: float, cost: float, solenoids: Sequence[str], tell: Callable[[], object]
+) -> list[Result]:
+    """Find the brakes of strokes that depend on none of each other; none where the unbraked one is not completed."""
+
+    def mapped(function: Callable[..., Any], calls: dict[Any, tuple]) -> dict[Any, Any]:
+        return dict(zip(calls, team.map(function, calls.values(), lambda *_: tell()), strict=True))
+
+    strokes = [_Stroke(task) for task in tasks]
+    completed = [(n, stroke) for n, stroke in enumerate(strokes) if stroke.unbraked.stays]
+
+    # Brakes of each way to switch, of all strokes at once.
+    searches = {
+        (n, way): (stroke.task._replace(solenoids=way), stroke.unbraked, spacing, cost)
+        for n, stroke in completed
+        for way in solenoids
     }
-    return Result(task, unbraked, lowest, brakes, choices)
+    brakes = mapped(search, searches)
+    for n, stroke in completed:
+        stroke.brakes = np.concatenate([brakes[n, way] for way in solenoids])
+
+    # The softest of these are known; the sturdiest of each way are sought where there is a softest one.
+    softest, sturdy = {}, {}
+    for (n, stroke), (limit, apart) in product(completed, zip(LIMITS, (spacing, 0.0), strict=True)):
+        for row in front_of(stroke.brakes, apart, cost)[-1:]:
+            softest[n, limit] = (float(row[0]), float(row[1])), int(row[SWITCHED])
+            for number in np.unique(stroke.brakes[:, SWITCHED]).astype(int).tolist():
+                own = stroke.brakes[stroke.brakes[:, SWITCHED] == number]
+                sturdy[n, limit, number] = _of(number, stroke.conditions), own, apart, cost
+    chosen = {(n, limit, KINDS[0]): brake for (n, limit), brake in softest.items()}
+    best: dict[tuple[int, str], list[tuple[float, tuple[float, float], int]]] = {}
+    for (n, limit, number), (brake, worst) in mapped(sturdiest, sturdy).items():
+        best.setdefault((n, limit), []).extend([(worst, brake, number)] if brake else [])
+    for (n, limit), candidates in best.items():
+        for _, brake, number in sorted(candidates)[:1]:
+            chosen[n, limit, KINDS[1]] = brake, number
+
+    # What becomes of the chosen ones where pressure and temperature stray.
+    runs = {
+        key: (strokes[key[0]].task, strokes[key[0]].unbraked, *brake, strokes[key[0]].conditions)
+        for key, brake in chosen.items()
+    }
+    choices = mapped(_choice, runs)
+    return [
+        Result(
+            stroke.task,
+            stroke.unbraked,
+            stroke.lowest,
+            stroke.brakes,
+            {(limit, kind): choices.get((n, limit, kind)) for limit in LIMITS for kind in KINDS},
+        )
+        for n, stroke in enumerate(strokes)
+    ]
 
 
 def soft_landings(
@@ -202,6 +231,7 @@ def soft_landings(
     cost: float = 1e-3,
     report: Callable[[int, int], Any] | None = None,
     solenoids: Sequence[str] = SOLENOIDS,
+    jobs: int | None = 1,
 ) -> list[Result]:
     """Find brakes of both strokes over pressure.
 
@@ -220,9 +250,11 @@ def soft_landings(
     cost : float
         Longest time that a brake may add to a stroke, command edge to contact [s].
     report : function, optional
-        Called with the number of strokes that are done and the number of all.
+        Called with how much is done, and how much there is in all, in searches of one brake each.
     solenoids : sequence of str
         Ways to brake that are tried, of `apesim.studies.soft_landing.landing.SOLENOIDS`.
+    jobs : int or None
+        Number of processes; None: as many as the work is worth. It does not change the results.
 
     Returns
     -------
@@ -235,18 +267,27 @@ def soft_landings(
     >>> [(result.task.stroke, result.unbraked.stays, result.best) for result in results]
     [('opening', False, None), ('closing', False, None)]
     """
-    results = []
-    for pressure in pressures:
-        supplied = with_control_air(machine, pressure, temperature)
-        before = Task(supplied, dwell, STROKES[0]).before
-        for stroke in STROKES:
-            result = _soften(Task(supplied, dwell, stroke, before=before), spacing, cost, solenoids)
-            results.append(result)
-            task, brake = result.braked
-            before = task.edges(brake)
-            if report:
-                report(len(results), 2 * len(pressures))
-    return results
+    machines = [with_control_air(machine, pressure, temperature) for pressure in pressures]
+    before = [Task(machine, dwell, STROKES[0]).before for machine in machines]
+    results: list[list[Result]] = []
+    # A stroke has a search for each way to brake, and then a choice of each kind for each limit, if all goes well.
+    total = len(STROKES) * len(machines) * (len(solenoids) * (1 + len(LIMITS)) + len(LIMITS) * len(KINDS))
+    done = 0
+
+    def tell() -> None:
+        nonlocal done
+        done += 1
+        if report:
+            report(done, total)
+
+    with Team(workers_for(SECONDS_A_STROKE * len(STROKES) * len(machines), jobs)) as team:
+        for stroke in STROKES:  # a closing follows the best opening
+            tasks = [Task(*each, stroke, before=edges) for *each, edges in zip(machines, repeat(dwell), before)]
+            results.append(_soften(team, tasks, spacing, cost, solenoids, tell))
+            before = [task.edges(brake) for task, brake in (result.braked for result in results[-1])]
+    if report:
+        report(total, total)
+    return [result for at_pressure in zip(*results, strict=True) for result in at_pressure]
 
 
 def faults_of(

@@ -14,7 +14,7 @@ from apesim.studies.archives.machines import read_recorded_machine
 from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.default_grids import LANDING_SHARES, PULSE, pressures_around
 from apesim.studies.grid_result import GridResult
-from apesim.studies.operating_conditions import PRESSURE, SHORT_TIME, TEMPERATURE, TIME
+from apesim.studies.operating_conditions import JOBS, PRESSURE, SHORT_TIME, TEMPERATURE, TIME
 from apesim.studies.progress import Progress, show_progress
 from apesim.studies.soft_landing.landing import SOLENOIDS
 from apesim.studies.soft_landing.results import archive_of, strokes_of
@@ -159,6 +159,7 @@ def find_soft_landing(
     solenoids: str = ANY,
     pulse: Given = PULSE,
     out: str | PathLike[str] | None = None,
+    jobs: int | None = 1,
     overwrite: bool = False,
     progress: Progress = False,
     call: str | None = None,
@@ -187,10 +188,13 @@ def find_soft_landing(
         Time from each command edge to the next, or [s].
     out : path, optional
         The archive to write.
+    jobs : int or None
+        Processes; None: as many as the work is worth. A script that asks for more than one does so below
+        ``if __name__ == "__main__":``, as each process imports it.
     overwrite : bool
         Replace an archive that is there.
     progress : bool or function
-        True: a bar on standard error; a function is called with the numbers of points done and in all.
+        True: a bar on standard error; a function is called with how much is done and how much there is in all.
     call : str, optional
         What the archive notes as its call; made from the arguments if left out.
 
@@ -224,12 +228,13 @@ def find_soft_landing(
     min_spacing = SPACING if spacing is None else arguments.quantity("spacing", spacing, SHORT_TIME)
     number = arguments.quantity("solenoids", solenoids, choice)
     dwell = arguments.quantity("pulse", pulse, TIME)
+    arguments.quantity("jobs", jobs, JOBS)
     arguments.refuse()
     ways = SOLENOIDS if choice.options[number] == ANY else (choice.options[number],)
     strokes: list[Result] = []
 
     def compute(report: Callable[[int, int], None]) -> Archive:
-        strokes.extend(soft_landings(machine, pressures, kelvin, dwell, min_spacing, max_added, report, ways))
+        strokes.extend(soft_landings(machine, pressures, kelvin, dwell, min_spacing, max_added, report, ways, jobs))
         return archive_of(machine, strokes, min_spacing, max_added, call, ways)
 
     first_march = run_bench, machine, dwell

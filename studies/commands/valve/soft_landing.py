@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Out, Overwrite, as_options
+from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, as_options
 
 
 def find_soft_landing(
@@ -28,6 +28,7 @@ def find_soft_landing(
     ] = "any",
     pulse: Annotated[str, typer.Option(metavar="TIME", help="From each command edge to the next.")] = "50 ms",
     out: Out = Path("soft_landing.h5"),
+    jobs: Jobs = None,
     overwrite: Overwrite = False,
     figures: Figures = True,
 ) -> int:
@@ -56,6 +57,8 @@ def find_soft_landing(
         Time from each command edge to the next, with its unit.
     out : path
         Archive to write.
+    jobs : int, optional
+        Processes; as many as the work is worth if left out.
     overwrite : bool
         Replace one that is there.
     figures : bool
@@ -98,6 +101,7 @@ def find_soft_landing(
             solenoids=solenoids,
             pulse=pulse,
             out=out,
+            jobs=jobs,
             overwrite=overwrite,
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),

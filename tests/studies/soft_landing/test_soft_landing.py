@@ -340,7 +340,7 @@ def test_figures_are_drawn_with_brakes_and_for_a_piston_that_does_not_move(resul
 def soft_landing(apesim, monkeypatch):
     """The command in an empty folder; returns exit code, standard output and standard error."""
 
-    def found(machine, pressures, kelvin, dwell, spacing, cost, report, solenoids):
+    def found(machine, pressures, kelvin, dwell, spacing, cost, report, solenoids, jobs):
         assert dumps(machine) == dumps(Machine())
         rounded = (float(f"{value:.12g}") for value in (kelvin, dwell, spacing, cost))
         return found_once(tuple(map(float, pressures)), *rounded, None, tuple(solenoids))
