@@ -10,6 +10,8 @@ from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
+THREAD_NAME = "apesim"
+"""Name of the threads that are made here."""
 
 _Call = tuple[Callable[[], Any], "Future[Any]"]
 _idle: list["SimpleQueue[_Call]"] = []
@@ -44,7 +46,7 @@ def call_in_thread(function: Callable[P, R], *arguments: P.args, **options: P.kw
         calls = _idle.pop()
     except IndexError:
         calls = SimpleQueue()
-        threading.Thread(target=_work, args=[calls], daemon=True).start()
+        threading.Thread(target=_work, args=[calls], name=THREAD_NAME, daemon=True).start()
     calls.put((partial(function, *arguments, **options), future))
     return future
 

@@ -16,15 +16,17 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
 from typing import Any
 
-from apesim.studies.execution.own_thread import call_in_thread
+from apesim.studies.execution.own_thread import THREAD_NAME, call_in_thread
 
 MAX_DEATHS = 2
 """Deaths of workers after which a task is set aside: the first may have been chance, as where memory was short."""
-SECONDS_PER_WORKER = 6.0
-"""Work that a further process is worth [s]: starting it takes a second or two."""
-SECONDS_ALONE = 3.0
+SECONDS_PER_WORKER, SECONDS_PER_FORK = 6.0, 1.5
+"""Work that a further process is worth [s]: starting it takes a second or two, and forking it some hundredths."""
+SECONDS_ALONE, SECONDS_ALONE_IF_FORKED = 3.0, 0.5
 """Work of unknown length that is done before further processes start [s]: about what starting them costs, so that at
 most twice the time is spent that was due."""
+OWN_THREADS = ("MainThread", THREAD_NAME)
+"""Names of threads that only wait while this one forks."""
 
 Task = Callable[[Any], Any]
 """What is done with one item; it stands in a module, so that other processes find it."""
@@ -54,7 +56,80 @@ def workers_for(seconds: float, jobs: int | None = None) -> int:
     """
     if jobs:
         return jobs
-    return max(1, min(os.cpu_count() or 1, int(seconds / SECONDS_PER_WORKER)))
+    worth = SECONDS_PER_FORK if can_fork() else SECONDS_PER_WORKER
+    return max(1, min(os.cpu_count() or 1, int(seconds / worth)))
+
+
+def can_fork() -> bool:
+    """Judge whether a process may be a copy of this one, which has all imported and compiled already.
+
+    Elsewhere than on Linux libraries of the system do not bear it. A thread of somebody else, as a notebook has them,
+    may hold a lock that the copy would wait for.
+
+    Returns
+    -------
+    bool
+        False: a process has to start from scratch.
+
+    Examples
+    --------
+    >>> isinstance(can_fork(), bool)
+    True
+    """
+    return sys.platform == "linux" and all(
+        thread.name in OWN_THREADS or type(thread).__module__.startswith("rich.") for thread in threading.enumerate()
+    )
+
+
+@contextlib.contextmanager
+def done_beside(function: Callable[[], object]) -> Iterator[None]:
+    """Call a function in a copy of this process while something else is done here; where that fails, here after it.
+
+    Parameters
+    ----------
+    function : function
+        Writes files; what it changes in memory may be lost.
+
+    Yields
+    ------
+    None
+        A context in which something else is done. At its end the function has come to its end, too.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder) / "there"
+    ...     with done_beside(path.touch):
+    ...         print("meanwhile")
+    ...     path.exists()
+    meanwhile
+    True
+    """
+    if not can_fork() or (os.cpu_count() or 1) < 2:
+        yield
+        function()
+        return
+    process = multiprocessing.get_context("fork").Process(target=_called_quietly, args=(function,), daemon=True)
+    with _no_warning_of_threads():
+        process.start()
+    try:
+        yield
+        process.join()
+    except BaseException:
+        process.kill()
+        raise
+    if process.exitcode:  # whatever it was happens here once more, where it is heard
+        function()
+
+
+def _called_quietly(function: Callable[[], object]) -> None:
+    """Call a function in a copy of a process; an interrupt ends that, and a fault shows in its exit code alone."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        function()
+    except Exception:
+        os._exit(1)
 
 
 def run_tasks(task: Task, items: Iterable[Any], jobs: int = 1) -> Iterator[tuple[Any, Any]]:
@@ -98,7 +173,7 @@ class Team:
 
     def __init__(self, jobs: int | None = 1) -> None:
         self.jobs = jobs or os.cpu_count() or 1
-        self._alone = 0.0 if jobs else SECONDS_ALONE
+        self._alone = 0.0 if jobs else min(SECONDS_ALONE, SECONDS_ALONE_IF_FORKED if can_fork() else SECONDS_ALONE)
         self._pool: _Pool | None = None
         self._gone = False
 
@@ -210,7 +285,7 @@ class Team:
             # One waits, so that no worker stands idle while this process is busy with what was yielded.
             while waiting and len(running) <= self.jobs and not is_broken:
                 try:
-                    with _deaf_to_interrupts():
+                    with _deaf_to_interrupts(), _no_warning_of_threads():
                         running[pool.executor.submit(task, waiting[0][0])] = waiting[0]
                 except BrokenProcessPool:  # a worker died since the last result was fetched
                     is_broken = True
@@ -244,9 +319,12 @@ class _Pool:
     """Worker processes, and a pipe by which they know that this one lives."""
 
     def __init__(self, jobs: int) -> None:
-        context = multiprocessing.get_context("spawn")
+        is_forked = can_fork()
+        context = multiprocessing.get_context("fork" if is_forked else "spawn")
         self.lifeline, self.held = context.Pipe(duplex=False)
-        self.executor = ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(self.lifeline,))
+        # A copy of this process has a copy of the end that is held, too, and has to let go of it.
+        ends = self.lifeline, self.held if is_forked else None
+        self.executor = ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=ends)
 
     def close(self, *, at_once: bool) -> None:
         """End the processes; at once: without waiting for their tasks."""
@@ -263,8 +341,10 @@ def _called(numbered: tuple[int, Callable, tuple]) -> tuple[Any]:
     return (function(*arguments),)
 
 
-def _begin(lifeline: Connection) -> None:
+def _begin(lifeline: Connection, held: Connection | None) -> None:
     """Begin a worker: what libraries warn of stays out of the standard error that it shares with the command."""
+    if held:
+        held.close()
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
         logging.lastResort = logging.NullHandler()
@@ -279,6 +359,14 @@ def _live_on(lifeline: Connection) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
+
+
+@contextlib.contextmanager
+def _no_warning_of_threads() -> Iterator[None]:
+    """Fork without Python's warning that there are other threads, see `can_fork`."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        yield
 
 
 @contextlib.contextmanager

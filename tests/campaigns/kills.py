@@ -146,10 +146,12 @@ def strike(process, victim, rng):
 
 
 def find_workers(leader):
-    """Processes that compute for a sweep."""
+    """Processes that compute for a sweep: copies of its process, or started from scratch."""
     try:
-        children = Path(f"/proc/{leader}/task/{leader}/children").read_text().split()
-        return [int(child) for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+        children = " ".join(path.read_text() for path in Path(f"/proc/{leader}/task").glob("*/children")).split()
+        commands = {child: Path(f"/proc/{child}/cmdline").read_bytes() for child in children}
+        own = Path(f"/proc/{leader}/cmdline").read_bytes()
+        return [int(child) for child, command in commands.items() if command == own or b"spawn_main" in command]
     except FileNotFoundError:  # one has ended meanwhile
         return []
 

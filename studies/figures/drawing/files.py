@@ -1,20 +1,29 @@
 """How figures are written: PNG to look at, PDF to print, SVG for pages; the same bytes each time."""
 
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
 from math import ceil
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import matplotlib
+from fontTools.subset import Options
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import Bbox
 
 from apesim.archive import write_file
+from apesim.studies.execution.pool import done_beside
 from apesim.studies.figures.drawing.style import STYLE
 from apesim.studies.output import make_folder
 
+LEFT_OUT = {"png": ("Software",), "pdf": ("CreationDate", "Producer", "Creator")}
+"""Endings of the files of a figure, and metadata that would differ from one time to the next."""
+LAYOUT_TABLES = ("GDEF", "GPOS", "GSUB")
+"""Tables of a font that choose and place its glyphs in a text."""
 FOOT_SIZE = 7.5
 """Size of the letters of the conditions below a figure [pt]."""
 FOOT_LINE = 1.35 * FOOT_SIZE / 72.0
@@ -51,8 +60,24 @@ def write_figures(
     ['empty.png', 'empty.pdf']
     """
     make_folder(folder, overwrite=True)
+    names = list(figures)
+
+    def draw(names: Sequence[str]) -> None:
+        for name in names:
+            save(figures[name](), folder, name, conditions)
+
     with matplotlib.rc_context(STYLE):
-        return [path for name, make in figures.items() for path in save(make(), folder, name, conditions)]
+        if len(names) == 1:
+            draw(names)
+        else:
+            with done_beside(partial(draw, names[1::2])):
+                draw(names[::2])
+    return [path for name in names for path in paths_of(folder, name)]
+
+
+def paths_of(folder: str | PathLike[str], name: str) -> list[Path]:
+    """Paths of the files of a figure."""
+    return [Path(folder) / f"{name}.{ending}" for ending in LEFT_OUT]
 
 
 def save(figure: Figure, folder: str | PathLike[str], name: str, conditions: str = "") -> list[Path]:
@@ -90,13 +115,25 @@ def save(figure: Figure, folder: str | PathLike[str], name: str, conditions: str
         _hold_legends(figure)
         figure.text(0.01, 0.0, conditions, va="top", fontsize=FOOT_SIZE, color="0.35", linespacing=1.2)
     whole = Bbox([[0.0, -foot], [width, height]])
-    paths = []
-    for ending, left_out in (("png", ("Software",)), ("pdf", ("CreationDate", "Producer", "Creator"))):
+    paths = paths_of(folder, name)
+    for path, (ending, left_out) in zip(paths, LEFT_OUT.items(), strict=True):
         content = io.BytesIO()
-        figure.savefig(content, format=ending, bbox_inches=whole, metadata=dict.fromkeys(left_out))
-        paths.append(Path(folder) / f"{name}.{ending}")
-        write_file(paths[-1], content.getvalue())
+        with _fewer_font_tables():
+            figure.savefig(content, format=ending, bbox_inches=whole, metadata=dict.fromkeys(left_out))
+        write_file(path, content.getvalue())
     return paths
+
+
+@contextmanager
+def _fewer_font_tables() -> Iterator[None]:
+    """Leave out of the fonts in a PDF what places letters of a text: they are placed, and sorting it out takes long."""
+    options: Any = Options
+    kept = options._drop_tables_default
+    options._drop_tables_default = [*kept, *LAYOUT_TABLES]
+    try:
+        yield
+    finally:
+        options._drop_tables_default = kept
 
 
 def svg(figure: Figure) -> str:
