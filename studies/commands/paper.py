@@ -5,12 +5,13 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.options import Common, Overwrite
+from apesim.studies.options import Common, Jobs, Overwrite
 
 
 def repeat_paper(
     common: Common,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder to make.")],
+    jobs: Jobs = None,
     overwrite: Overwrite = False,
 ) -> int:
     """Repeat the paper, doi 10.1631/jzus.A0820373: its figures and a table of its claims.
@@ -21,6 +22,8 @@ def repeat_paper(
         Console and machine of the command line.
     out : path
         Folder to make.
+    jobs : int, optional
+        Processes; as many as the work is worth if left out.
     overwrite : bool
         Write into a folder that holds something.
 
@@ -63,7 +66,7 @@ def repeat_paper(
     make_folder(out, overwrite)
     call = command_line(["apesim", *sys.argv[1:]])
     with console.announce_compiling(), console.stages("paper") as report:
-        result = repetition.repeat_paper(machine, progress=report, call=call)
+        result = repetition.repeat_paper(machine, jobs=jobs, progress=report, call=call)
     written = result.write(out, overwrite=True)
     claims, data = result.claims, result.to_dict() | written
     rows = [(claim.claim, claim.paper, claim.ours, claim.verdict, range_in_words(claim)) for claim in claims]

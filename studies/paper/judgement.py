@@ -11,6 +11,9 @@ from apesim.studies.paper.claims.motion import computed, valve_claims
 from apesim.studies.paper.friction import friction_map
 from apesim.studies.paper.subject import PAPERS, engine_subject_of, subject_of
 
+LONG = (engine.speed_demand, design.working_frequency, engine.correction, numerics.fixed_step)
+"""Judges of a machine that take seconds each: the longest first, so that several processes end together."""
+
 
 def all_claims(
     machine: Machine,
@@ -18,6 +21,7 @@ def all_claims(
     tests: Discharge,
     by_area: Mapping[float, Mapping[str, Claim]],
     frictions: friction_map.FrictionMap | None,
+    judged: Mapping[str, Claim] | None = None,
 ) -> list[Claim]:
     """Judge every claim.
 
@@ -32,6 +36,8 @@ def all_claims(
         Claims by area and key, see `apesim.studies.paper.claims.area.claims_by_area`; empty: not over areas.
     frictions : apesim.studies.paper.friction.friction_map.FrictionMap or None
         None: the claim on the friction is left out.
+    judged : mapping of str to Claim, optional
+        What the judges of `LONG` said, by their names, where they were asked already.
 
     Returns
     -------
@@ -46,17 +52,18 @@ def all_claims(
     >>> len(paper.claims)  # doctest: +SKIP
     30
     """
+    judged = judged or {judge.__name__: judge(machine) for judge in LONG}
     subject, grid = subject_of(machine), grid_of(archive, machine.ambient.pressure)
     motion = valve_claims(machine, grid, subject == PAPERS)
     claims = [
         *motion[:-3],
-        design.working_frequency(machine),
+        judged["working_frequency"],
         design.engine_speed(),
         equations.curves_collapse(tests),
         equations.exponents_of_eq_10(machine),
         equations.gauge_pressures(machine),
         equations.sign_of_outflow(machine),
-        numerics.fixed_step(machine),
+        judged["fixed_step"],
         numerics.evaluation_function(machine),
         *motion[-3:],
         *([friction_map.viscous_friction(frictions)] if frictions else []),
@@ -65,8 +72,8 @@ def all_claims(
     in_engine = engine_subject_of(engine.supplied(machine))
     return [
         *(_over_areas(computed(claim)._replace(judged_on=subject), by_area) for claim in claims),
-        computed(engine.correction(machine))._replace(judged_on=in_engine),
-        computed(engine.speed_demand(machine))._replace(judged_on=in_engine),
+        computed(judged["correction"])._replace(judged_on=in_engine),
+        computed(judged["speed_demand"])._replace(judged_on=in_engine),
     ]
 
 

@@ -20,13 +20,14 @@ from apesim.studies.calls import arguments_of, call_text, public
 from apesim.studies.console import Console, plain
 from apesim.studies.discharge import Discharge, Vessel, discharge
 from apesim.studies.execution.own_thread import call_in_thread
-from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE
+from apesim.studies.execution.pool import Team, workers_for
+from apesim.studies.operating_conditions import JOBS, PRESSURE, TEMPERATURE
 from apesim.studies.output import make_folder, publish, write_traces
 from apesim.studies.paper.claims.area import claims_by_area
 from apesim.studies.paper.claims.claim import Claim, Verdict
 from apesim.studies.paper.discharge import discharge_tests
 from apesim.studies.paper.friction.friction_map import friction_table, map_friction
-from apesim.studies.paper.judgement import all_claims
+from apesim.studies.paper.judgement import LONG, all_claims
 from apesim.studies.paper.page import write_page
 from apesim.studies.paper.subject import differences
 from apesim.studies.valve_map import PRESSURES, PULSE, TEMPERATURES, compute_map, faults_of_map
@@ -35,6 +36,8 @@ from apesim.valve.bench import run_bench
 SCOPES = FULL, CLAIMS = "full", "claims"
 """How much is repeated, see `repeat_paper`."""
 SCOPE = Choice(SCOPES, "a call")
+SECONDS = {FULL: 30.0, CLAIMS: 15.0}
+"""Estimated computing time of each scope [s]."""
 NUMBERS = {
     "claims": ("1", "claims of the paper"),
     "reproduced": ("1", "claims that the model reproduces"),
@@ -152,6 +155,7 @@ def repeat_paper(
     machine: Machine,
     *,
     scope: str = FULL,
+    jobs: int | None = 1,
     progress: bool | Callable[[str, int, int], object] = False,
     call: str | None = None,
 ) -> PaperRepetition:
@@ -163,6 +167,9 @@ def repeat_paper(
     scope : {"full", "claims"}
         "claims": each claim is judged at the machine's own solenoid area and friction alone. The claim on the friction
         needs the map over friction and area, and is left out with it.
+    jobs : int or None
+        Processes; None: as many as the work is worth. A script that asks for more than one does so below
+        ``if __name__ == "__main__":``, as each process imports it.
     progress : bool or function
         True: show it on standard error; a function is called with the stage, and what is done and in all.
     call : str, optional
@@ -188,11 +195,12 @@ def repeat_paper(
     call = call_text(repeat_paper, locals()) if call is None else call
     arguments, machine = arguments_of("repeat_paper", machine)
     chosen = arguments.quantity("scope", scope, SCOPE)
+    arguments.quantity("jobs", jobs, JOBS)
     arguments.refuse()
     call_in_thread(run_bench, machine, PULSE).result()
     start = time.perf_counter()
     with _stages(progress) as report:
-        computed = call_in_thread(_computed, machine, call, report, scope=SCOPES[chosen or 0]).result()
+        computed = call_in_thread(_computed, machine, call, report, scope=SCOPES[chosen or 0], jobs=jobs).result()
     archive, vessel, tests, frictions, claims = computed
     verdicts = Counter(claim.verdict for claim in claims)
     values = {
@@ -215,17 +223,27 @@ def repeat_paper(
     )
 
 
-def _computed(machine: Machine, call: str, report: Callable[[str, int, int], object], *, scope: str) -> tuple:
+def _computed(
+    machine: Machine, call: str, report: Callable[[str, int, int], object], *, scope: str, jobs: int | None
+) -> tuple:
     """The map of the valve, vessel and tests of the solenoid, the map of friction or None, and the claims."""
     grid = parse_range(PRESSURES, PRESSURE, machine.ambient.pressure), parse_range(TEMPERATURES, TEMPERATURE)
-    archive = compute_map(machine, *grid, PULSE, call, partial(report, "pressure and temperature"))
-    vessel, records = discharge_tests(machine)
-    tests = discharge(vessel, records)
-    if scope == CLAIMS:
-        return archive, vessel, tests, None, all_claims(machine, archive, tests, {}, None)
-    by_area = claims_by_area(machine, *grid, report=partial(report, "areas of the solenoids"))
-    frictions = map_friction(machine, report=partial(report, "frictions"))
-    return archive, vessel, tests, frictions, all_claims(machine, archive, tests, by_area, frictions)
+    with Team(workers_for(SECONDS[scope], jobs)) as team:
+        archive = compute_map(machine, *grid, PULSE, call, partial(report, "pressure and temperature"))
+        vessel, records = discharge_tests(machine)
+        judges = [(judge, machine) for judge in LONG]
+        tests, *claims = team.map(_called, [(discharge, vessel, records), *judges])
+        judged = {judge.__name__: claim for judge, claim in zip(LONG, claims, strict=True)}
+        if scope == CLAIMS:
+            return archive, vessel, tests, None, all_claims(machine, archive, tests, {}, None, judged)
+        by_area = claims_by_area(machine, *grid, report=partial(report, "areas of the solenoids"), team=team)
+        frictions = map_friction(machine, report=partial(report, "frictions"), team=team)
+    return archive, vessel, tests, frictions, all_claims(machine, archive, tests, by_area, frictions, judged)
+
+
+def _called(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Result of a function for its arguments."""
+    return function(*arguments)
 
 
 @contextlib.contextmanager

@@ -158,61 +158,96 @@ class Lander:
     >>> lander = Lander(Task(Machine(), 50e-3, "closing"))
     >>> landings = [lander.land((8.72e-3, release)) for release in (9.46e-3, 9.6e-3)]
     >>> [round(landing.speed, 2) for landing in landings]  # [m/s]
-    [0.04, 0.27]
+    [0.04, 0.76]
     """
 
     def __init__(self, task: Task) -> None:
         self.task = task
-        edges_a, edges_b = self.edges(())
+        edges_a, edges_b = self._edges(())
         self.p, self.tables = bench_of(task.machine, edges_a, edges_b=edges_b)
         self.accuracy, self.rows = accuracy_of(self.p), np.empty((LOG_ROWS, LOG_HEAD + STATES))
         given, kept = (edges_a, edges_b), (self.tables.edges_a, self.tables.edges_b)
         self._keeps_edges = all(map(np.array_equal, given, kept))
-        self._corners: dict[tuple[int, tuple[float, ...]], set[float]] = {}
+        self._known_corners: dict[tuple[int, tuple[float, ...]], set[float]] = {}
         curves = (*self.tables.curves_a, *self.tables.curves_b)
         self._ahead = min(0.0, *(float(curve[0, 0]) for curve in curves))
         rest = Point(0.0, *closed_at_start(self.p), self.rows[:0].copy())
-        at_command = Flight(self, (), rest).march_to(task.command)
+        at_command = _Flight(self, (), rest).march_to(task.command)
         self._begins = {0.0: at_command._replace(log=rest.log)}
 
-    def edges(self, brake: Edges) -> list[np.ndarray]:
+    def _edges(self, brake: Edges) -> list[np.ndarray]:
         """Collect all edges of each solenoid [s]."""
         return [np.array(sorted((0.0, self.task.dwell, *own))) for own in self.task.edges(brake)]
 
-    def tables_for(self, edges: Sequence[np.ndarray]) -> ActuatorTables:
+    def _tables_for(self, edges: Sequence[np.ndarray]) -> ActuatorTables:
         """Arrays of the valve with other edges [s]; made anew where an effect moves edges."""
         if self._keeps_edges:
             return self.tables._replace(edges_a=edges[0], edges_b=edges[1])
         return bench_of(self.task.machine, edges[0], edges_b=edges[1])[1]
 
-    def corners(self, tables: ActuatorTables) -> set[float]:
+    def _corners(self, tables: ActuatorTables) -> set[float]:
         """Find the times at which the energised fraction of a solenoid has a corner [s]."""
         corners: set[float] = set()
         both = (tables.edges_a, tables.curves_a), (tables.edges_b, tables.curves_b)
         are_alike = tables.curves_a is tables.curves_b
         for number, (edges, curves) in enumerate(both):
             key = number * (not are_alike), tuple(edges.tolist())
-            if key not in self._corners:
-                self._corners[key] = set(breakpoints_of(edges, inf, curves, 0.0, 2.0 * self.task.dwell).tolist())
-            corners |= self._corners[key]
+            if key not in self._known_corners:
+                self._known_corners[key] = set(breakpoints_of(edges, inf, curves, 0.0, 2.0 * self.task.dwell).tolist())
+            corners |= self._known_corners[key]
         return corners
 
-    def fly(self, brake: Edges = ()) -> "Flight":
-        """Begin a run with a brake, where it first acts; without one at the command of the stroke."""
+    def fly(self, brake: Edges = ()) -> "_Flight":
+        """Begin a run with a brake, where it first acts; without one at the command of the stroke.
+
+        Parameters
+        ----------
+        brake : sequence of float
+            Its two edges after the command [s]; empty: no brake.
+
+        Returns
+        -------
+        _Flight
+            Run of the stroke, to be marched on.
+
+        Examples
+        --------
+        >>> flight = Lander(Task(Machine(), 50e-3, "closing")).fly((8.72e-3, 9.46e-3))
+        >>> round(flight.at.time, 5), flight.land(50e-3).stays  # [s]
+        (0.05872, True)
+        """
         begin = max(0.0, min(brake[0], self.task.dwell) + self._ahead) if len(brake) else 0.0
         if begin not in self._begins:
-            flight = Flight(self, (), self._begins[0.0])
+            flight = _Flight(self, (), self._begins[0.0])
             self._begins[begin] = flight.march_to(self.task.command + begin)
-        return Flight(self, brake, self._begins[begin])
+        return _Flight(self, brake, self._begins[begin])
 
     def land(self, brake: Edges = (), within: float = inf) -> Landing:
-        """Run the stroke to the end of its dwell, or no farther than a time after its command [s]."""
+        """Run the stroke to the end of its dwell, or no farther than a time after its command.
+
+        Parameters
+        ----------
+        brake : sequence of float
+            Its two edges after the command [s]; empty: no brake.
+        within : float
+            Longest time after the command that is run [s].
+
+        Returns
+        -------
+        Landing
+            Contact, highest speed at a contact, and whether the piston stays.
+
+        Examples
+        --------
+        >>> Lander(Task(Machine(), 50e-3, "closing")).land().stays
+        True
+        """
         until = min(self.task.dwell, within)
         acts = len(brake) and brake[0] + self._ahead < until
         return self.fly(brake if acts else ()).land(until)
 
 
-class Flight:
+class _Flight:
     """Run of a stroke with a brake, which goes on as far as it is asked to.
 
     Parameters
@@ -227,8 +262,8 @@ class Flight:
 
     def __init__(self, lander: Lander, brake: Edges, at: Point) -> None:
         self.lander, self.at = lander, at
-        self.tables = lander.tables_for(lander.edges(brake))
-        self.corners = sorted(lander.corners(self.tables))
+        self.tables = lander._tables_for(lander._edges(brake))
+        self.corners = sorted(lander._corners(self.tables))
 
     def march_to(self, end: float) -> Point:
         """March on to a time [s], and return the point that was come to."""

@@ -1,7 +1,7 @@
 """Soft landing, the next step that the paper names (doi 10.1631/jzus.A0820373): how far braking re-switches go."""
 
 from collections.abc import Callable, Sequence
-from itertools import product, repeat
+from itertools import product
 from math import nan
 from typing import Any, NamedTuple
 
@@ -282,7 +282,7 @@ def soft_landings(
 
     with Team(workers_for(SECONDS_A_STROKE * len(STROKES) * len(machines), jobs)) as team:
         for stroke in STROKES:  # a closing follows the best opening
-            tasks = [Task(*each, stroke, before=edges) for *each, edges in zip(machines, repeat(dwell), before)]
+            tasks = [Task(each, dwell, stroke, before=edges) for each, edges in zip(machines, before, strict=True)]
             results.append(_soften(team, tasks, spacing, cost, solenoids, tell))
             before = [task.edges(brake) for task, brake in (result.braked for result in results[-1])]
     if report:

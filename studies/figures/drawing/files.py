@@ -72,10 +72,10 @@ def write_figures(
         else:
             with done_beside(partial(draw, names[1::2])):
                 draw(names[::2])
-    return [path for name in names for path in paths_of(folder, name)]
+    return [path for name in names for path in _paths_of(folder, name)]
 
 
-def paths_of(folder: str | PathLike[str], name: str) -> list[Path]:
+def _paths_of(folder: str | PathLike[str], name: str) -> list[Path]:
     """Paths of the files of a figure."""
     return [Path(folder) / f"{name}.{ending}" for ending in LEFT_OUT]
 
@@ -115,7 +115,7 @@ def save(figure: Figure, folder: str | PathLike[str], name: str, conditions: str
         _hold_legends(figure)
         figure.text(0.01, 0.0, conditions, va="top", fontsize=FOOT_SIZE, color="0.35", linespacing=1.2)
     whole = Bbox([[0.0, -foot], [width, height]])
-    paths = paths_of(folder, name)
+    paths = _paths_of(folder, name)
     for path, (ending, left_out) in zip(paths, LEFT_OUT.items(), strict=True):
         content = io.BytesIO()
         with _fewer_font_tables():

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from apesim.engine.machine import Machine
+from apesim.studies.execution.pool import Team
 from apesim.studies.paper.claims.claim import Claim, grid_of
 from apesim.studies.paper.claims.design import works_at_30_hz
 from apesim.studies.paper.claims.motion import computed, valve_claims
@@ -42,6 +43,7 @@ def claims_by_area(
     temperatures: Sequence[float],
     areas: Sequence[float] = AREAS,
     report: Callable[[int, int], object] | None = None,
+    team: Team | None = None,
 ) -> dict[float, dict[str, Claim]]:
     """Judge the claims on the valve's motion over effective areas of its solenoids.
 
@@ -57,6 +59,8 @@ def claims_by_area(
         [m2]
     report : function, optional
         Called with the numbers of areas done and in all.
+    team : Team, optional
+        Processes that compute; this one alone if left out.
 
     Returns
     -------
@@ -71,11 +75,12 @@ def claims_by_area(
     >>> print(by_area[9e-6]["delay_over_pressure"].verdict)
     reproduced
     """
-    tried, judged = sorted({*areas, machine.valve.solenoid.effective_area}), {}
-    for done, area in enumerate(tried):
-        other = with_area(machine, area)
-        grid = grid_of(compute_map(other, pressures, temperatures), machine.ambient.pressure)
-        judged[area] = {claim.key: claim for claim in (*valve_claims(other, grid), computed(works_at_30_hz(other)))}
-        if report:
-            report(done + 1, len(tried))
-    return judged
+    tried = sorted({*areas, machine.valve.solenoid.effective_area})
+    calls = [(with_area(machine, area), pressures, temperatures) for area in tried]
+    return dict(zip(tried, (team or Team()).map(_claims_of, calls, report), strict=True))
+
+
+def _claims_of(machine: Machine, pressures: Sequence[float], temperatures: Sequence[float]) -> dict[str, Claim]:
+    """Judge the claims on the motion of a machine's valve, by their keys."""
+    grid = grid_of(compute_map(machine, pressures, temperatures), machine.ambient.pressure)
+    return {claim.key: claim for claim in (*valve_claims(machine, grid), computed(works_at_30_hz(machine)))}

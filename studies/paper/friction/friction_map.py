@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.engine.machine import Machine
+from apesim.studies.execution.pool import Team
 from apesim.studies.operating_conditions import with_control_air
 from apesim.studies.paper.claims.area import with_area
 from apesim.studies.paper.claims.claim import AREA, Claim, range_of, verdict_of, with_range
@@ -145,6 +146,7 @@ def map_friction(
     temperatures: Sequence[float] = TEMPERATURES,
     pressures: Sequence[float] | np.ndarray = PRESSURES,
     report: Callable[[int, int], object] | None = None,
+    team: Team | None = None,
 ) -> FrictionMap:
     """Judge opening strokes over friction, area and ramp of the solenoids, temperature and pressure, by the statements.
 
@@ -165,6 +167,8 @@ def map_friction(
         Control pressures, ascending [Pa gauge].
     report : function, optional
         Called with the numbers of cells done and in all.
+    team : Team, optional
+        Processes that compute; this one alone if left out.
 
     Returns
     -------
@@ -178,11 +182,8 @@ def map_friction(
     """
     ramps = ramps if not len(machine.valve.solenoid.opening_curve) else (machine.valve.solenoid.ramp_time,)
     cells = list(product(frictions, areas, ramps))
-    rows = []
-    for done, cell in enumerate(cells):
-        rows.append(_held(_with_cell(machine, *cell), temperatures, pressures))
-        if report:
-            report(done + 1, len(cells))
+    calls = [(_with_cell(machine, *cell), temperatures, pressures) for cell in cells]
+    rows = (team or Team()).map(_held, calls, report)
     shape = len(frictions), len(areas), len(ramps), len(temperatures)
     holds = {statement.key: np.array([row[i] for row in rows]).reshape(shape) for i, statement in enumerate(STATEMENTS)}
     f, a, r, t, n = (np.array(axis) for axis in (frictions, areas, ramps, temperatures, pressures))
