@@ -24,6 +24,7 @@ import numba
 import numpy
 from numba.core import event, types
 from numba.core.caching import FunctionCache
+from numba.core.runtime import rtsys
 from numba.core.typing.templates import AbstractTemplate, infer_global
 
 from apesim.cache import cache_root, private_folder, temporary_folder, warn_of_temporary
@@ -220,11 +221,17 @@ def outside_hash_of(arguments: Iterable[types.Type]) -> str:
 
 
 class _SelfHealingCache(FunctionCache):
-    """A kernel's cache that compiles anew where a file of it is damaged."""
+    """A kernel's cache that compiles anew where a file of it is damaged.
+
+    Numba's own would bring its whole registry up to date first, which takes half a second that compiled code does not
+    need: only what allocates arrays is there before it.
+    """
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
-            return super().load_overload(sig, target_context)
+            rtsys.initialize(target_context)
+            with self._guard_against_spurious_io_errors():
+                return self._load_overload(sig, target_context)
         except Exception:  # a garbled pickle raises anything, a MemoryError too
             self.flush()
             return None
