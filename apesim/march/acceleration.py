@@ -41,8 +41,9 @@ class Secants:
         >>> secants = Secants()
         >>> secants.add(np.array([1.0]), np.array([0.5]), np.ones(1))
         >>> secants.forget()
-        >>> secants.step(np.array([-0.5]), np.ones(1))
-        (array([-0.5]), 499.9999999999996)
+        >>> step, left = secants.step(np.array([-0.5]), np.ones(1))
+        >>> float(step[0]), round(left)
+        (-0.5, 500)
         """
         self._last, self._unexplained = None, 0.0
         self._recent.clear()

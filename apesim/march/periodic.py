@@ -903,7 +903,7 @@ def periodic_orbit(
     tolerance : float
         Largest change of any state over a cycle, relative.
     max_cycles : int
-        Largest number of cycles.
+        Largest number of cycles; up to `FAR` of them are plain ones from the first.
     known : Known, optional
         Periodic state of a machine that differs a little: where that is near, and has the same states, it takes few
         cycles; else the march is the one without it.
@@ -948,7 +948,7 @@ def periodic_orbit(
     drive = Drive(p, tables, breakpoints, accuracy)
     found = _from_known(drive, known, tolerance, record) if known else None
     spent = 0
-    if found is None and max_cycles > ENOUGH:
+    if found is None and max_cycles > FAR:  # whoever allows a few wants to see where plain cycles lead
         found = _accelerated(drive, y, mode, tolerance)
         y, mode = found.y, found.mode
         if found.status == Status.DONE and not found.period:  # the search goes on, with its own count

@@ -209,7 +209,7 @@ def test_the_trapezoid_crosses_the_lap_and_reaches_and_leaves_the_open_stop_with
     top = curve[curve[:, 1] > 8.99e-3, 0] / DEGREE
     assert top[0] == pytest.approx(found["full_open_deg"], abs=1e-5)  # the groove's table ends there, too
     down = run.angles[np.flatnonzero((run.trace[:, LIFT] < 9e-3 - 1e-9) & (run.angles > top[0] * DEGREE + 0.01))[0]]
-    assert top[-1] == pytest.approx(down / DEGREE, abs=0.15)
+    assert top[-1] == pytest.approx(down / DEGREE, abs=0.2)
     assert curve[:, 1].max() == pytest.approx(9e-3, rel=1e-6)
     speeds = np.diff(curve[:, 1]) / np.diff(curve[:, 0])
     assert speeds[[0, -1]] == pytest.approx(speeds[[1, -2]], rel=1e-6)
