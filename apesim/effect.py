@@ -207,6 +207,7 @@ def acting(name: str, module: str, library: Iterable[Effect], tables: bool = Fal
     ]
     found = NamedTuple(name, [(effect.name, effect.parameters) for effect in own])  # type: ignore[misc]
     found.__module__ = module
+    found.is_of_laws = True  # type: ignore[attr-defined]  # what `apesim.compiling` knows a march with effects by
     return found
 
 

@@ -15,6 +15,7 @@ import os
 import platform
 import shutil
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, Protocol, TypeVar, overload
@@ -22,12 +23,13 @@ from typing import Any, Protocol, TypeVar, overload
 import llvmlite.binding
 import numba
 import numpy
-from numba.core import event, types
+from numba.core import types
 from numba.core.caching import FunctionCache
 from numba.core.runtime import rtsys
 from numba.core.typing.templates import AbstractTemplate, infer_global
 
 from apesim.cache import cache_root, private_folder, temporary_folder, warn_of_temporary
+from apesim.compiling import kind_of_march_types, note_compile_time, tell_of_compiling
 from apesim.linking import jit
 
 LAYERS = ("apesim", "apesim.valve", "apesim.engine")
@@ -122,47 +124,6 @@ def cache_folder() -> Path:
     return folder
 
 
-@contextlib.contextmanager
-def when_compiling(tell: Callable[[], object]) -> Iterator[None]:
-    """Call a function once as soon as anything has to be compiled within a ``with`` statement.
-
-    What is loaded from the cache has not to be compiled.
-
-    Parameters
-    ----------
-    tell : function
-        Function without arguments.
-
-    Yields
-    ------
-    None
-        Nothing.
-
-    Examples
-    --------
-    >>> with when_compiling(lambda: print("compiling, which takes a minute")):
-    ...     print("loaded")
-    loaded
-    """
-    with event.install_listener("numba:compile", _Once(tell)):
-        yield
-
-
-class _Once(event.Listener):
-    """Calls a function when the first event starts."""
-
-    def __init__(self, tell: Callable[[], object]) -> None:
-        self.tell: Callable[[], object] | None = tell
-
-    def on_start(self, event: Any) -> None:
-        tell, self.tell = self.tell, None
-        if tell:
-            tell()
-
-    def on_end(self, event: Any) -> None:
-        pass
-
-
 def outside_folder(outside_hash: str) -> Path:
     """Return the folder of what is compiled for laws from outside the layers' files.
 
@@ -245,7 +206,7 @@ class _SelfHealingCache(FunctionCache):
 
 
 class _EntryCache(_SelfHealingCache):
-    """An entry's cache; what is compiled for laws from outside is kept apart.
+    """An entry's cache; what is compiled for laws from outside is kept apart. It tells and times what is compiled.
 
     An index that names a type which no file has brought into this process could not be read.
     """
@@ -254,6 +215,7 @@ class _EntryCache(_SelfHealingCache):
         super().__init__(function)
         self._function = function
         self._apart: dict[str, FunctionCache] = {}
+        self._begin = 0.0
 
     def _cache_for(self, sig: Any) -> Any:
         outside_hash = outside_hash_of(sig)
@@ -262,10 +224,29 @@ class _EntryCache(_SelfHealingCache):
         return self._apart.get(outside_hash, super())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        return self._cache_for(sig).load_overload(sig, target_context)
+        loaded = self._cache_for(sig).load_overload(sig, target_context)
+        if loaded is None:  # Numba compiles next, and saves what it has compiled
+            tell_of_compiling(kind_of_march_types(sig))
+            self._begin = time.perf_counter()
+        return loaded
 
     def save_overload(self, sig: Any, data: Any) -> None:
+        note_compile_time(kind_of_march_types(sig), time.perf_counter() - self._begin)
         self._cache_for(sig).save_overload(sig, data)
+
+    def kept_kinds(self, codegen: Any) -> set[str]:
+        """Kinds of march that are in the cache for a processor, without those that have an effect from outside."""
+        try:
+            index = self._cache_file._load_index()
+        except Exception:  # a garbled pickle raises anything
+            return set()
+        now = self._index_key(None, codegen)[1:]
+        kept = [key[0] for key, name in index.items() if key[1:] == now and self._has(name)]
+        return {kind_of_march_types(sig) for sig in kept}
+
+    def _has(self, name: str) -> bool:
+        """Whether a file of compiled code is there."""
+        return Path(self._cache_file._data_path(name)).exists()
 
 
 def _cache_in(folder: Path, kind: type[FunctionCache], function: Callable[..., Any]) -> FunctionCache:
@@ -363,6 +344,33 @@ def entry(function: Callable[..., Any]) -> Any:
     if not config.DISABLE_JIT:
         compiled._cache = _cache_in(cache_folder(), _EntryCache, function)
     return compiled
+
+
+def kept_kinds(compiled: Any) -> set[str]:
+    """Return the kinds of march that the cache holds of an entry, ready to be loaded.
+
+    Parameters
+    ----------
+    compiled : numba dispatcher
+        Entry, see `entry`.
+
+    Returns
+    -------
+    set of str
+        Kinds, see `apesim.compiling.kind_of_march_types`; none where compilation is switched off.
+
+    Examples
+    --------
+    >>> @entry
+    ... def half(x):
+    ...     return 0.5 * x
+    >>> kept_kinds(half)
+    set()
+    """
+    if config.DISABLE_JIT:
+        return set()
+    kinds: set[str] = compiled._cache.kept_kinds(compiled.targetctx.codegen())
+    return kinds
 
 
 class Chosen(Protocol):

@@ -1,8 +1,10 @@
 """Calls: what the public functions share, from the check of their arguments to the text of the call."""
 
 import inspect
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextvars import copy_context
 from functools import partial, wraps
 from os import PathLike
 from pathlib import Path
@@ -11,6 +13,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, get_args, get_origin
 
 import numpy as np
 
+from apesim.compiling import when_compiling
 from apesim.effect import kind_of_march, library_for
 from apesim.engine.effects import ENGINE_LIBRARY
 from apesim.engine.machine import Machine
@@ -32,7 +35,8 @@ QUANTITIES = {float, int, tuple}
 def public(function: Callable[P, R]) -> Callable[P, R]:
     """Let a public function refuse None and other types than its annotations name, each argument by its name.
 
-    Numbers are left to the function, which knows their units and ranges.
+    Numbers are left to the function, which knows their units and ranges. While it runs, each march that has to be
+    compiled is said in a line on standard error, unless a command says it, see `apesim.compiling`.
 
     Parameters
     ----------
@@ -67,9 +71,18 @@ def public(function: Callable[P, R]) -> Callable[P, R]:
         ]
         if faults:
             raise InputError(faults)
-        return function(*arguments, **named)
+        # What compiles is another thread: a notebook shows the line below the cell that the context is of.
+        context = copy_context()
+        with when_compiling(lambda line: context.run(_say, line)):
+            return function(*arguments, **named)
 
     return checked
+
+
+def _say(line: str) -> None:
+    """Write a line on standard error, where there is one."""
+    if sys.stderr is not None:
+        print(line, file=sys.stderr, flush=True)
 
 
 def _kinds_of(annotation: Any) -> tuple[Any, ...]:

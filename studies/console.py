@@ -40,8 +40,6 @@ LAYOUT = "\n\t"
 """Characters of control that are ours; all others in what is shown come from files."""
 PATIENCE = 1.0
 """Time before anything is said of what is at work [s]: shorter work needs no message."""
-COMPILING = "compiling the model for this processor: once for each kind of run, some twenty seconds"
-"""Message where something is compiled."""
 
 
 class _LogMessages(logging.Handler):
@@ -294,7 +292,7 @@ class Console:
 
     @contextlib.contextmanager
     def announce_compiling(self) -> Iterator[None]:
-        """Say once, while within, where something has to be compiled, as that takes long.
+        """Say, while within, what has to be compiled, and how long that took last time, see `apesim.compiling`.
 
         Yields
         ------
@@ -308,17 +306,21 @@ class Console:
         marching
         """
         from apesim.cache import explain_temporary
-        from apesim.kernel import when_compiling
+        from apesim.compiling import when_compiling
 
-        def tell() -> None:
-            for line in filter(None, (COMPILING, explain_temporary())):
-                self.message(line)
+        explained: set[str] = set()
+
+        def tell(line: str) -> None:
+            for text in (line, explain_temporary()):
+                if text and text not in explained:
+                    self.message(text)
+                    explained.add(text)
 
         with when_compiling(tell):
             yield
 
     def warm_up(self, march: Callable[P, object], *arguments: P.args, **options: P.kwargs) -> None:
-        """Run a march once, so that what is timed after it is compiled; say so where that takes long.
+        """Run a march once, so that what is timed after it is compiled.
 
         Parameters
         ----------
@@ -334,8 +336,7 @@ class Console:
         >>> marches
         ['from rest']
         """
-        with self.announce_compiling():
-            self.run("first march", march, *arguments, **options)
+        self.run("first march", march, *arguments, **options)
 
 
 def plain(data: Any) -> Any:

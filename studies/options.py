@@ -239,7 +239,7 @@ def register(app: typer.Typer, name: str, function: Callable[..., Any]) -> None:
     def run(**arguments: Any) -> Any:
         shared = {key: arguments.pop(key) for key in COMMON}
         given = common(**shared)
-        with given.console.library_warnings():
+        with given.console.library_warnings(), given.console.announce_compiling():
             return function(given, **arguments)
 
     run.__signature__ = inspect.Signature([*parameters, *COMMON.values()])  # type: ignore[attr-defined]

@@ -65,7 +65,7 @@ def repeat_paper(
     console, machine = common.console, common.load_machine()
     make_folder(out, overwrite)
     call = command_line(["apesim", *sys.argv[1:]])
-    with console.announce_compiling(), console.stages("paper") as report:
+    with console.stages("paper") as report:
         result = repetition.repeat_paper(machine, jobs=jobs, progress=report, call=call)
     written = result.write(out, overwrite=True)
     claims, data = result.claims, result.to_dict() | written

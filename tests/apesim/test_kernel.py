@@ -276,12 +276,12 @@ from collections import Counter
 
 from numba.core import event
 
-from apesim.kernel import when_compiling
+from apesim.compiling import when_compiling
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.valve.bench import run_bench
 
-with when_compiling(lambda: print("told", end=" ")), event.install_recorder("numba:compile") as compiling:
+with when_compiling(lambda line: print("told", end=" ")), event.install_recorder("numba:compile") as compiling:
     run_bench(Machine(), 20e-3) if KIND == "bench" else run_steady(Machine(), 100.0, max_cycles=1)
 started = [at.data for _, at in compiling.buffer if at.is_start]
 functions = [(data["dispatcher"].py_func, str(data["args"])) for data in started]

@@ -67,7 +67,7 @@ def assess_valve(
     from apesim.studies.output import written_json, written_text
 
     console, machine = common.console, common.load_machine()
-    with console.announce_compiling(), as_options("assess_valve"), console.progress("assessment") as report:
+    with as_options("assess_valve"), console.progress("assessment") as report:
         result = comparison.assess_valve(
             machine,
             speed=speed,

@@ -90,7 +90,7 @@ def find_engine_limit(
     from apesim.studies.tables import table_of
 
     console, machine = common.console, common.load_machine()
-    with console.announce_compiling(), as_options("find_engine_limit"), console.progress("limit") as report:
+    with as_options("find_engine_limit"), console.progress("limit") as report:
         result = engine_limit_map.find_engine_limit(
             machine,
             pressure=pressure,

@@ -77,7 +77,7 @@ def optimise_commands(
 
     console, machine = common.console, common.load_machine()
     named = as_options("optimise_commands", goal="--for")
-    with console.announce_compiling(), named, console.progress("optimise") as report:
+    with named, console.progress("optimise") as report:
         result = optimisation.optimise_commands(
             machine,
             goal=goal,

@@ -88,7 +88,7 @@ def run_engine(
     if csv:
         find_target(csv)
     try:
-        with console.announce_compiling(), as_options("run_engine"):
+        with as_options("run_engine"):
             run = console.run("to the periodic state", engine_run.run_engine, machine, speed=speed)
     except NotConverged as error:
         run = error.result

@@ -102,7 +102,7 @@ def sweep_engine(
     console, machine = common.console, common.load_machine()
     variation = vary(varied, common.machine_file, common.settings or ()) if varied else None
     try:
-        with console.announce_compiling(), as_options("sweep"), console.progress("sweep") as report:
+        with as_options("sweep"), console.progress("sweep") as report:
             result = study.sweep(
                 machine,
                 speed,

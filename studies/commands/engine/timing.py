@@ -87,7 +87,7 @@ def correct_timing(
     from apesim.studies.timing.summary import error_line, law_lines, shortcut_line, timing_tables
 
     console, machine = common.console, common.load_machine()
-    with console.announce_compiling(), as_options("correct_timing"), console.progress("timing") as report:
+    with as_options("correct_timing"), console.progress("timing") as report:
         result = correction.correct_timing(
             machine,
             target=target,

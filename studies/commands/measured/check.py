@@ -71,7 +71,7 @@ def check_measured_folder(
     console.notes(measured.hints)
     if out is not None:
         make_folder(out, overwrite)
-    with console.announce_compiling(), console.stages("plausibility") as progress:
+    with console.stages("plausibility") as progress:
         check = call_in_thread(check_measured, machine, measured, progress=progress).result()
     drawn = check.write(out, overwrite=True) if out is not None else []
     rows = [_row(finding, more) for finding, more in group_findings(check.findings)]

@@ -73,7 +73,7 @@ def find_valve_limits(
     from apesim.studies.tables import table_over_supplies
 
     console, machine = common.console, common.load_machine()
-    with console.announce_compiling(), as_options("find_valve_limit"), console.progress("limit") as report:
+    with as_options("find_valve_limit"), console.progress("limit") as report:
         result = valve_limit.find_valve_limit(
             machine,
             pressure=pressure,

@@ -68,7 +68,7 @@ def map_valve_strokes(
     from apesim.studies.tables import number, table_over_supplies
 
     console, machine = common.console, common.load_machine()
-    with console.announce_compiling(), as_options("map_valve"), console.progress("map") as report:
+    with as_options("map_valve"), console.progress("map") as report:
         result = valve_map.map_valve(
             machine,
             pressure=pressure,

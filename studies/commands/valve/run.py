@@ -72,7 +72,7 @@ def run_valve(
     if csv:
         find_target(csv)
     try:
-        with console.announce_compiling(), as_options("run_valve"):
+        with as_options("run_valve"):
             run = console.run(
                 "bench run",
                 valve_run.run_valve,

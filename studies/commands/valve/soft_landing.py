@@ -91,7 +91,7 @@ def find_soft_landing(
     from apesim.studies.soft_landing.summary import landing_tables
 
     console, machine = common.console, common.load_machine()
-    with console.announce_compiling(), as_options("find_soft_landing"), console.progress("soft landing") as report:
+    with as_options("find_soft_landing"), console.progress("soft landing") as report:
         result = study.find_soft_landing(
             machine,
             pressure=pressure,

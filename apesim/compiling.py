@@ -1,0 +1,181 @@
+"""What is compiled: which kind of march it is, who is told of it, and how long it took last time."""
+
+import contextlib
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from apesim.cache import cache_root
+
+TIMES_FILE = "compile_times.json"
+"""File in the cache's root, beside the folders of compiled kernels: it outlives them."""
+LAYERS = ("valve", "engine")
+"""Layers that a march is of."""
+MAX_SECONDS = 1e5
+"""Longest time that is believed [s]: a day; what is more comes from a damaged file."""
+
+_listeners: list[Callable[[str], object]] = []
+"""Functions that are told what is compiled, the outermost first."""
+
+
+@contextlib.contextmanager
+def when_compiling(tell: Callable[[str], object]) -> Iterator[None]:
+    """Tell a function, within a ``with`` statement, of each march that has to be compiled.
+
+    What is loaded from the cache has not to be compiled. Of nested statements the outermost is told alone, so that
+    a command that calls public functions says each line once.
+
+    Parameters
+    ----------
+    tell : function
+        Takes a line, see `explain_compiling`.
+
+    Yields
+    ------
+    None
+        A context in which functions are called that may compile.
+
+    Examples
+    --------
+    >>> with when_compiling(print), when_compiling(lambda line: print("told twice")):
+    ...     tell_of_compiling("model")
+    compiling the model for this processor, once: takes 15 to 60 s
+    """
+    _listeners.append(tell)
+    try:
+        yield
+    finally:
+        _listeners.remove(tell)
+
+
+def tell_of_compiling(kind: str) -> None:
+    """Tell whoever listens that a march is compiled now.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of march, see `kind_of_march_types`.
+
+    Examples
+    --------
+    >>> tell_of_compiling("valve")  # nobody listens
+    """
+    for tell in _listeners[:1]:
+        tell(explain_compiling(kind))
+
+
+def explain_compiling(kind: str) -> str:
+    """Say in a line that a march is compiled, and how long that took last time.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of march, see `kind_of_march_types`.
+
+    Returns
+    -------
+    str
+        The line; where it never was compiled here, with the time that it takes on common processors.
+
+    Examples
+    --------
+    >>> explain_compiling("model")
+    'compiling the model for this processor, once: takes 15 to 60 s'
+    """
+    seconds = compile_times().get(kind)
+    told = "takes 15 to 60 s" if seconds is None else f"took {seconds:.0f} s last time"
+    return f"compiling the {kind} for this processor, once: {told}"
+
+
+def kind_of_march_types(arguments: Iterable[Any]) -> str:
+    """Return the kind of march that an entry is compiled for.
+
+    Parameters
+    ----------
+    arguments : iterable of numba types
+        Types of the call's arguments; the first is that of the machine's parameters.
+
+    Returns
+    -------
+    str
+        "valve" or "engine", with what follows " with effects" where laws of effects are compiled in, and " with an
+        effect of your own" where one is from outside; "model" for what is of neither layer.
+
+    Examples
+    --------
+    >>> import numba
+    >>> kind_of_march_types([numba.types.float64])
+    'model'
+    """
+    types = tuple(arguments)
+    module = getattr(getattr(types[0], "instance_class", None), "__module__", "") if types else ""
+    layer = next((layer for layer in LAYERS if module.startswith(f"apesim.{layer}.")), "")
+    if not layer:
+        return "model"
+    classes = list(_classes_in(types))
+    if any(getattr(cls, "outside_hash", "") for cls in classes):
+        return f"{layer} with an effect of your own"
+    return f"{layer} with effects" if any(getattr(cls, "is_of_laws", False) for cls in classes) else layer
+
+
+def _classes_in(types: Iterable[Any]) -> Iterator[type]:
+    """NamedTuple classes among the types of a call's arguments, at any depth."""
+    for kind in types:
+        if cls := getattr(kind, "instance_class", None):
+            yield cls
+        if hasattr(kind, "types"):  # a tuple's
+            yield from _classes_in(kind.types)
+
+
+def compile_times() -> dict[str, float]:
+    """Return how long compiling took last time.
+
+    Returns
+    -------
+    dict of str to float
+        Seconds by kind of march; what a damaged file holds beside them is left out.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from unittest.mock import patch
+    >>> with tempfile.TemporaryDirectory() as root, patch.dict(os.environ, APESIM_CACHE_DIR=root):
+    ...     note_compile_time("engine", 16.234)
+    ...     print(compile_times())
+    ...     print(explain_compiling("engine"))
+    {'engine': 16.23}
+    compiling the engine for this processor, once: took 16 s last time
+    """
+    try:
+        noted = json.loads((cache_root() / TIMES_FILE).read_text(encoding="utf-8"))
+    except (OSError, RuntimeError, ValueError, RecursionError):  # RuntimeError: there is no home
+        return {}
+    pairs = noted.items() if isinstance(noted, dict) else ()
+    return {kind: float(s) for kind, s in pairs if isinstance(s, int | float) and 0.0 <= s <= MAX_SECONDS}
+
+
+def note_compile_time(kind: str, seconds: float) -> None:
+    """Note how long compiling took; where that cannot be written, nothing is noted.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of march; the times of "model", which is any other function, are not noted.
+    seconds : float
+        Time that it took [s].
+
+    Examples
+    --------
+    >>> note_compile_time("model", 1.0)
+    """
+    if kind == "model":
+        return
+    noted = compile_times() | {kind: round(seconds, 2)}
+    with contextlib.suppress(OSError, RuntimeError):
+        path = cache_root() / TIMES_FILE
+        # Replaced as a whole, as several processes may compile at once.
+        part = Path(f"{path}.{os.getpid()}")
+        part.write_text(json.dumps(noted, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+        part.replace(path)
