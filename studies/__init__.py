@@ -5,5 +5,5 @@ the text of a call), default_grids, operating_conditions, march_status, output (
 lineage (of machine files), tables, progress, archive_result and grid_result. What is run: valve_run, valve_map,
 engine_run, engine_ensemble; soft_landing, timing, limit, assessment, optimise, sweep; discharge, identify and paper.
 Measured data: measured, measured_check, estimation, gap (the missing effect). What is there: archives, figures. The
-command line: console, options, commands, cli.
+installation: doctor. The command line: console, options, commands, cli.
 """

@@ -11,6 +11,7 @@ import typer
 
 from apesim.cache import CacheWarning, remove_temporary_folders
 from apesim.studies.commands.archive import archive
+from apesim.studies.commands.doctor import check_installation
 from apesim.studies.commands.engine import engine
 from apesim.studies.commands.gap import gap
 from apesim.studies.commands.machine import print_machine
@@ -33,6 +34,7 @@ app.add_typer(gap, name="gap")
 app.add_typer(measured, name="measured")
 register(app, "machine", print_machine)
 register(app, "paper", repeat_paper)
+register(app, "doctor", check_installation)
 
 
 def _show_version(asked: bool) -> None:

@@ -13,6 +13,8 @@ TYPES = {"str": "text", "int": "whole number", "float": "number", "Path": "path"
 """What an option takes, in words."""
 IN_PLACE_OF_A_FUNCTION = {"machine": "Machine"}
 """What stands for a command in Python where that is no function."""
+ONLY_COMMANDS = {"doctor"}
+"""Commands that nothing stands for in Python."""
 PREPARING = {"read_measured", "read_archive", "run_many"}
 """Functions that only read what a command is given; they do not stand for it."""
 
@@ -84,7 +86,7 @@ def write_python_names() -> str:
     """A table of all commands and their functions."""
     rows = ["| command | from Python | it returns |", "|---|---|---|"]
     for _, _, commands in groups():
-        for command in commands:
+        for command in (each for each in commands if each not in ONLY_COMMANDS):
             name = python_name(command)
             role = "py:func" if name.islower() else "py:class"
             rows.append(f"| [`apesim {command}`](#{label(command)}) | {{{role}}}`apesim.{name}` | {_returned(name)} |")
@@ -106,14 +108,18 @@ def _returned(name: str) -> str:
 def _command(name: str, command: Any, shared: set[str]) -> str:
     """Heading, help, synopsis, options and function of a command."""
     own = [each for each in command.params if each.name not in shared]
-    python = python_name(name)
-    role = "py:func" if python.islower() else "py:class"
+    shared_options = "the [options of every command](#command-options)."
+    from_python = f"It has no function in Python. It takes {shared_options}"
+    if name not in ONLY_COMMANDS:
+        python = python_name(name)
+        role = "py:func" if python.islower() else "py:class"
+        from_python = f"From Python: {{{role}}}`apesim.{python}`. It takes {shared_options}"
     parts = [
         f"({label(name)})=\n\n### `apesim {name}`",
         *(escape(paragraph) for paragraph in command.help.split("\n\n")),
         f"```text\n{_synopsis(name, own)}\n```",
         _table(own) if own else "It has no options of its own.",
-        f"From Python: {{{role}}}`apesim.{python}`. It takes the [options of every command](#command-options).",
+        from_python,
     ]
     return "\n\n".join(parts)
 

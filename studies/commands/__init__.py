@@ -1,6 +1,7 @@
 """The commands of apesim, one file each: its options, the one call, and what is printed, drawn or written.
 
-One file or folder each, by its first word: machine, valve, engine, measured, gap, archive, paper.
+One file or folder each, by its first word: machine, valve, engine, measured, gap, archive, paper,
+doctor.
 
 What a command computes with is imported where it is called: ``--help`` answers at once.
 """
