@@ -14,9 +14,30 @@ CONDITION = 1e-8
 LEAST_SECANT, LARGEST_SECANT = 1e-6, 0.1
 """Relative lengths of a secant: below the first it shows the solver's error, above the second no slope."""
 SLOWEST = 0.999
-"""Factor by which what the secants do not explain falls from cycle to cycle, at most."""
+"""Factor by which a change falls from cycle to cycle, at most, when the way that is left is estimated."""
 SHOWN = 0.05
 """Singular values of the secants, over the largest, above which they show a slope in that direction."""
+
+
+def way_left(change: float, before: float) -> float:
+    """Estimate how far a state has to go, where its changes from cycle to cycle fall by one factor for ever.
+
+    Parameters
+    ----------
+    change, before : float
+        Change over a cycle, and over the one before it; 0: that is not known.
+
+    Returns
+    -------
+    float
+        Sum of this change and of all that follow.
+
+    Examples
+    --------
+    >>> way_left(1.0, 2.0), round(way_left(1.0, 0.0))
+    (2.0, 1000)
+    """
+    return change / (1.0 - (min(change / before, SLOWEST) if before > 0.0 else SLOWEST))
 
 
 class Secants:
@@ -120,9 +141,9 @@ class Secants:
             rest = gain - weights @ gained
             step = rest - weights @ moved
         unexplained = float(np.abs(rest).max())
-        falls_by = min(unexplained / self._unexplained, SLOWEST) if self._unexplained > 0.0 else SLOWEST
+        left = way_left(unexplained, self._unexplained)
         self._unexplained = unexplained
-        return step, max(float(np.abs(step).max()), unexplained / (1.0 - falls_by))
+        return step, max(float(np.abs(step).max()), left)
 
     def multipliers(self) -> np.ndarray:
         """Estimate the Floquet multipliers in the directions that the secants show.

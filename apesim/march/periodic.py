@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.march.acceleration import Secants
+from apesim.march.acceleration import Secants, way_left
 from apesim.march.adaptive import LOG_HEAD, MAX_EVALUATIONS_TO_PERIODIC, Accuracy, Outcome, Status, march
 
 PERIODIC_TOLERANCE = 1e-8
@@ -29,8 +29,6 @@ NEARER = 0.9
 """Share of a change that is clearly less."""
 FARTHEST = 10.0
 """Estimated distance from the periodic state, over the tolerance, up to which plain cycles alone are believed."""
-SLOWEST = 0.999
-"""Factor by which a change falls from cycle to cycle, at most, when the distance is estimated."""
 SWINGING = -0.5
 """Factor by which a deviation falls from cycle to cycle, below which a machine near by may settle otherwise."""
 MAX_CORRECTIONS = 12
@@ -345,7 +343,7 @@ def _is_small(change: float, earlier: float, tolerance: float, sure: bool) -> bo
     """Whether a change is, and, if that is not enough, what is to go where changes fall by one factor for ever."""
     if change > tolerance or change == 0.0:
         return change == 0.0
-    return sure or change / (1.0 - min(change / earlier, SLOWEST)) <= FARTHEST * tolerance
+    return sure or way_left(change, earlier) <= FARTHEST * tolerance
 
 
 def _newton(drive: Drive, y: np.ndarray, mode: np.ndarray, count: int) -> np.ndarray | None:
@@ -360,7 +358,7 @@ def _newton(drive: Drive, y: np.ndarray, mode: np.ndarray, count: int) -> np.nda
     found = _linear_map(drive, y, mode, count)
     if found is None or _swings(drive, found) or found.repelled > _error(drive):
         return None
-    return _after(found, _correction(found.slopes) @ found.gain)
+    return _after(found.y, _correction(found.slopes) @ found.gain, found.sizes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -403,10 +401,10 @@ def _swings(drive: Drive, found: Linear) -> bool:
     return np.abs(found.multipliers).max() > 1.0 + max(found.repelled, _error(drive))
 
 
-def _after(found: Linear, step: np.ndarray) -> np.ndarray:
-    """State after a step from where a map was taken, each of whose elements is clipped."""
-    y = found.y.copy()
-    y[: len(step)] += np.clip(step, -CLIP, CLIP) * found.sizes
+def _after(y: np.ndarray, step: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """State after a relative step, each of whose elements is clipped."""
+    y = y.copy()
+    y[: len(step)] += np.clip(step, -CLIP, CLIP) * sizes
     return y
 
 
@@ -535,7 +533,7 @@ def _many_cycles(
             return known.y, False
         step = leap.short_step(known, FINE * drive.accuracy.tolerance, reach) if leap else None
         if step is not None:
-            y = _after(known, step)
+            y = _after(known.y, step, known.sizes)
             continue
         repelled, gained = known.repelled, np.abs(known.gain).max()
         count = min(GROWTH * count, LONGEST_LEAP, 0.5 / max(repelled, 0.5 / LONGEST_LEAP))
@@ -552,7 +550,7 @@ def _many_cycles(
         vain = 0.0 if gained < 0.5 * least else vain + (VAIN_IF_FAR if np.abs(step).max() > FAR_STEP else 1.0)
         least = min(least, gained)
         leap = _Leap(known.y, count)
-        y = _after(known, step)
+        y = _after(known.y, step, known.sizes)
         if np.abs(step).max() <= tolerance and count >= min(known.settles_in, LONGEST_WAY):
             return y, True
     return y, False
@@ -734,7 +732,7 @@ def _accelerated(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float
     settles to, as the one between the two states of a period of two: then the search begins anew, from the start. So
     it does where they lead nowhere.
     """
-    n, scale = len(drive.accuracy.scale), drive.accuracy.scale
+    n = len(drive.accuracy.scale)
     anew = Settling(y, mode, Status.DONE, np.inf, np.inf, 0)
     # The first cycle fills an empty cylinder: no secant from there shows a slope.
     y, mode, status = drive.march(y, mode)
@@ -751,7 +749,7 @@ def _accelerated(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float
             continue
 
         # Whether the state repeats: nothing may be far that the secants show, nor what they do not.
-        sizes = scale + np.abs(y[:n])
+        sizes = _sizes(drive, y)
         gain = (image - y)[:n] / sizes
         secants.add(y[:n], image[:n], sizes)
         step, left = secants.step(gain, sizes)
@@ -767,8 +765,7 @@ def _accelerated(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float
         lately, before = min(gains[-VAIN:]), min(gains[:-VAIN], default=np.inf)
         if 0.5 * before < lately < NOISE * drive.accuracy.tolerance:
             return Settling(image, mode_image, Status.DONE, change, np.inf, 0)
-        y, mode = y.copy(), mode_image
-        y[:n] += np.clip(step, -CLIP, CLIP) * sizes
+        y, mode = _after(y, step, sizes), mode_image
     return anew
 
 
