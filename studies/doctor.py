@@ -2,12 +2,13 @@
 
 import os
 import platform
-import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from math import isinf
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from apesim.archive.memory import available_memory
 from apesim.archive.surroundings import PACKAGES, processor, version_of
 from apesim.compiling import compile_times
 from apesim.engine.machine import Machine
@@ -159,24 +160,16 @@ def describe_installation() -> dict[str, Any]:
     ['versions', 'platform', 'processor', 'cores', 'free_memory_B', 'cache']
     """
     versions = {package: version_of(package) for package in (*PACKAGES, "matplotlib")}
-    folder, times, missing = cache_folder(), compile_times(), missing_kinds()
+    folder, times, missing, memory = cache_folder(), compile_times(), missing_kinds(), available_memory()
     kinds = [{"kind": kind, "compiled": kind not in missing, "compile_time_s": times.get(kind)} for kind in KINDS]
     return {
         "versions": {"apesim": versions.pop("apesim"), "python": platform.python_version(), **versions},
         "platform": platform.platform(),
         "processor": processor(),
         "cores": os.cpu_count(),
-        "free_memory_B": _free_memory(),
+        "free_memory_B": None if isinf(memory) else int(memory),
         "cache": {"folder": str(folder.parent), "size_B": _size_of(folder.parent), "kinds": kinds},
     }
-
-
-def _free_memory() -> int | None:
-    """Memory that is available to programs [B]; None on systems other than Linux."""
-    with suppress(OSError):
-        if found := re.search(r"^MemAvailable:\s*(\d+) kB$", Path("/proc/meminfo").read_text(), re.M):
-            return 1024 * int(found[1])
-    return None
 
 
 def _size_of(folder: Path) -> int:

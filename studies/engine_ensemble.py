@@ -15,9 +15,8 @@ from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.quantities import Arguments, Fault, InputError
 from apesim.quantities.arguments import WithUnit
-from apesim.quantities.checking import check
 from apesim.results import Result, Trace, name_of, scalars_of
-from apesim.studies.calls import compile_first, public
+from apesim.studies.calls import arguments_of, compile_first, public
 from apesim.studies.engine_run import QUICK, compute_point
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.operating_conditions import JOBS, SPEED
@@ -122,8 +121,7 @@ def _checked(arguments: Arguments, machines: Sequence[Machine]) -> list[Machine]
     checked = []
     for number, machine in enumerate(machines):
         try:
-            own_class = type(machine) if isinstance(machine, Machine) else Machine  # effects from outside make one
-            checked.append(check(machine, own_class, arguments.where))
+            checked.append(arguments_of("run_many", machine)[1])
         except InputError as error:
             for fault in error.faults:
                 key = f"machines[{number}].{fault.key}"

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
 from math import nan
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -29,7 +30,6 @@ from apesim.quantities.trees import (
     overruled,
     schema,
     spellings,
-    value_at,
     with_value,
 )
 from apesim.quantities.uncertainties import flatten
@@ -198,7 +198,7 @@ def find_ignored_keys(tree: Any) -> dict[str, str]:
     return {
         key: reason
         for key, reason in overruled(tree)
-        if not np.array_equal(value_at(tree, key), standard[key].default, equal_nan=True)
+        if not np.array_equal(attrgetter(key)(tree), standard[key].default, equal_nan=True)
     }
 
 
@@ -315,7 +315,7 @@ def _present(tree: Any, assigned: Collection[str]) -> dict[str, Any]:
     for section, keys in _keys_of_optional(cls).items():
         if section in sections:
             for key in keys:
-                value = value_at(tree, key)
+                value = attrgetter(key)(tree)
                 if key in assigned or _has_another_text(leaves[key], value, ambient, standard_ambient):
                     _put(data, key.split("."), value)
     return data

@@ -17,6 +17,7 @@ import typing
 from collections.abc import Callable, Container, Iterator
 from functools import lru_cache
 from math import isfinite
+from operator import attrgetter
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -219,32 +220,6 @@ def leaves_of(cls: Any) -> dict[str, Leaf]:
     0.009
     """
     return {leaf.key: leaf for leaf in schema(cls)}
-
-
-def value_at(tree: Any, key: str) -> Any:
-    """Return what a tree holds at a key.
-
-    Parameters
-    ----------
-    tree : NamedTuple
-        Instance of a parameter class.
-    key : str
-        Key with dots, of a number or a section.
-
-    Returns
-    -------
-    object
-        Value in SI, or the section.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> value_at(Machine(), "valve.stroke")
-    0.009
-    """
-    for name in key.split("."):
-        tree = getattr(tree, name)
-    return tree
 
 
 @once_a_class
@@ -488,7 +463,7 @@ def move_gauge_pressures(tree: Tree, before: float | None, after: float | None, 
     for leaf in leaves_of(type(tree)).values():
         if not leaf.declaration.is_gauge or leaf.key in said:
             continue
-        value = value_at(tree, leaf.key)
+        value = attrgetter(leaf.key)(tree)
         if isfinite(value) and not isinstance(value, AbsolutePressure):
             text = leaf.declaration.render(value, before)
             tree = with_value(tree, leaf.key, leaf.declaration.read(text, after))
@@ -516,7 +491,7 @@ def with_own_arrays(tree: Tree) -> Tree:
     True
     """
     for key in _array_keys(type(tree)):
-        array = value_at(tree, key)
+        array = attrgetter(key)(tree)
         if array.size:
             tree = with_value(tree, key, array.copy())
     return tree
