@@ -4,6 +4,9 @@ Numba optimises every function and turns it into machine code as soon as it is c
 is ever called from Python. That takes longer than all else of a first run. Here a kernel is kept as it was written
 down, and its callers take it from there. Whoever else calls it, an ``@numba.njit`` function for instance, lets it be
 compiled like any other function.
+
+What stands here knows Numba from within. With a release that it was not tried with, kernels are compiled like any
+other function: a first run takes longer, to the same digits.
 """
 
 import gc
@@ -16,6 +19,8 @@ import numba
 from numba.core import cgutils, compiler, config, types
 from numba.core.codegen import JITCodeLibrary, RuntimeLinker
 
+TRIED_FROM, TRIED_BEFORE = (0, 63), (0, 69)
+"""Releases of Numba that this was tried with, the last one not among them."""
 OPTIMISATION = 2
 """Level of LLVM's passes, at most that of Numba; the third takes a second more, and its marches are no faster."""
 PASSES_BEFORE = (
@@ -56,7 +61,9 @@ def jit(function: Callable[..., Any], **options: Any) -> Any:
     >>> four_times(1.5)
     6.0
     """
-    return numba.njit(pipeline_class=_Compiler, **options)(function)
+    if TRIED_FROM <= numba.version_info.short < TRIED_BEFORE:
+        options["pipeline_class"] = _Compiler
+    return numba.njit(**options)(function)
 
 
 class _Library(JITCodeLibrary):  # type: ignore[misc]  # numba has no types

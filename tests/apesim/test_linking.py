@@ -6,6 +6,7 @@ import numba
 import numpy as np
 import pytest
 
+from apesim import linking
 from apesim.kernel import by_type, entry, kernel
 from apesim.linking import jit
 
@@ -41,6 +42,18 @@ def test_a_kernel_is_linked_into_its_entry_and_has_no_machine_code_of_its_own():
     assert not library_of(halved)._finalized
     (compiled,) = outermost.overloads.values()
     assert compiled.library._finalized
+
+
+@pytest.mark.parametrize("release", [(0, 61), linking.TRIED_BEFORE])
+def test_with_a_release_of_numba_that_was_not_tried_it_is_compiled_as_any_function(release, monkeypatch):
+    def halved(x):
+        return 0.5 * x
+
+    monkeypatch.setattr(numba, "version_info", numba.version_info._replace(short=release))
+    compiled = jit(halved)
+    assert compiled(3.0) == 1.5
+    (overload,) = compiled.overloads.values()
+    assert not isinstance(overload.library, linking._Library)
 
 
 def test_an_ordinary_function_of_numba_calls_a_kernel():
