@@ -5,7 +5,7 @@ doi 10.1631/jzus.A0820373, Eq. 10) replaces them.
 """
 
 from collections.abc import Callable, Iterator
-from math import inf, isnan, nan
+from math import floor, inf, isnan, nan
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -379,13 +379,13 @@ def breakpoints_of(edges: np.ndarray, period: float, curves: SolenoidCurves, sta
     >>> breakpoints_of([0.0, 10.0], inf, SolenoidCurves(curve, curve), 0.0, 20.0).tolist()
     [1.0, 2.0, 10.0, 11.0, 12.0, 20.0]
     """
-    rows = [np.append(0.0, curve[:, 0]) for curve in curves]
-    times = np.concatenate([edge + rows[number % 2] for number, edge in enumerate(edges)])
+    # Plain numbers and a set: for so few, arrays would take ten times as long.
+    rows = [(0.0, *curve[:, 0].tolist()) for curve in curves]
+    times = [edge + row for number, edge in enumerate(np.asarray(edges).tolist()) for row in rows[number % 2]]
     if period < inf:
-        first = np.floor((start - times) / period) * period
-        turns = np.arange(int((end - start) / period) + 3) * period
-        times = ((times + first)[:, None] + turns).ravel()
-    corners = np.unique(np.append(times[(times > start) & (times < end)], end))
+        turns = [turn * period for turn in range(int((end - start) / period) + 3)]
+        times = [time + floor((start - time) / period) * period + turn for time in times for turn in turns]
+    corners = np.array(sorted({end, *(time for time in times if start < time < end)}))
     if np.array_equal(*curves):
         return corners  # edges take turns: with one curve for both their sum stays within 0...1
     ends = np.append(start, corners)

@@ -112,19 +112,19 @@ def _landing_of(log: np.ndarray, stroke: str, command: float, until: float) -> L
 
     The columns 3 and 4 of the log are position and speed, see `apesim.march.adaptive.march`.
     """
-    log = log[(log[:, 0] >= command) & (log[:, 0] <= until)]
+    log = log[np.searchsorted(log[:, 0], command) : np.searchsorted(log[:, 0], until, "right")]
     time, code, sign = log[:, 0], log[:, 1], log[:, 2]
-    contacts = time[code == (MET_OPEN if stroke == OPENING else MET_CLOSED)]
+    is_open, is_closed = code == MET_OPEN, code == MET_CLOSED
+    contacts = time[is_open if stroke == OPENING else is_closed]
     if not len(contacts):
         return Landing()
-    near_closed, near_open = ((code == ZERO_CROSSING + crossing) for crossing in (ONE_PERCENT, NEAR_OPEN))
+    near_closed, near_open = code == ZERO_CROSSING + ONE_PERCENT, code == ZERO_CROSSING + NEAR_OPEN
     if stroke == OPENING:
         begins, leaves = near_closed & (sign > 0.0), near_open & (sign < 0.0)
     else:
         begins, leaves = near_open & (sign < 0.0), near_closed & (sign > 0.0)
-    speed = np.abs(log[:, LOG_HEAD + 1])
-    hardest = speed[(code == MET_OPEN) | (code == MET_CLOSED)].max()
-    stays = not np.any(leaves & (time > contacts[0]))
+    hardest = np.abs(log[is_open | is_closed, LOG_HEAD + 1]).max()
+    stays = not np.any(time[leaves] > contacts[0])
     return Landing(float(time[begins][0] - command), float(contacts[0] - command), float(hardest), stays)
 
 
@@ -270,7 +270,7 @@ class _Flight:
         lander, (time, y, mode, log, status) = self.lander, self.at
         if status == Status.DONE and end > time:
             y, mode = y.copy(), mode.copy()
-            breakpoints = np.array([*(corner for corner in self.corners if time < corner < end), end])
+            breakpoints = np.array([*[corner for corner in self.corners if time < corner < end], end])
             outcome = march(lander.p, self.tables, time, y, mode, breakpoints, lander.accuracy, lander.rows, *NO_TRACE)
             log = np.concatenate((log, lander.rows[: outcome.logged]))
             self.at = Point(end, y, mode, log, outcome.status)
