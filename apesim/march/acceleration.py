@@ -145,6 +145,36 @@ class Secants:
         self._unexplained = unexplained
         return step, max(float(np.abs(step).max()), left)
 
+    def correction(self, sizes: np.ndarray) -> np.ndarray:
+        """Matrix that gives the step of a gain, both relative; states that never moved stay.
+
+        Parameters
+        ----------
+        sizes : (n,) float array
+            What changes of each element are related to.
+
+        Returns
+        -------
+        (n, n) float array
+            See `apesim.march.periodic.Known`.
+
+        Examples
+        --------
+        The map x/2 + 1 gains half of the way to 2:
+
+        >>> secants, one = Secants(), np.ones(1)
+        >>> secants.add(np.array([0.0]), np.array([1.0]), one)
+        >>> secants.add(np.array([1.0]), np.array([1.5]), one)
+        >>> round(float(secants.correction(one)[0, 0]), 6)
+        2.0
+        """
+        matrix = np.eye(len(sizes))
+        if used := [secant for secant in self._recent if secant]:
+            moved, gained = (np.array(side) / sizes for side in zip(*used, strict=True))
+            matrix -= (gained + moved).T @ np.linalg.pinv(gained.T, rcond=CONDITION)
+            matrix[~moved.any(axis=0)] = 0.0
+        return matrix
+
     def multipliers(self) -> np.ndarray:
         """Estimate the Floquet multipliers in the directions that the secants show.
 

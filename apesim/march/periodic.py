@@ -139,7 +139,8 @@ class Orbit(NamedTuple):
     status: int
     """Status of the last march, `apesim.march.adaptive.Status`."""
     known: Known | None = None
-    """Start for the next machine, where this one was reached from one; None: it cannot be one."""
+    """Start for the next machine, where accelerated cycles showed the way here, or this one was reached from a known
+    state; None: it cannot be one."""
     recorded: Recorded | None = None
     """Cycle from the periodic state; None: it was not recorded on the way."""
 
@@ -758,7 +759,9 @@ def _accelerated(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float
         if repeats == 2 or (repeats and (secants.are_shown or change == 0.0)):
             multipliers = secants.multipliers()
             repels = multipliers.real.min(initial=0.0) < SWINGING or np.abs(multipliers).max(initial=0.0) > REPELLING
-            return anew if repels else Settling(image, mode_image, Status.DONE, change, np.inf, 1)
+            if repels:
+                return anew
+            return Settling(image, mode_image, Status.DONE, change, np.inf, 1, secants.correction(sizes))
 
         # Where only the solver's error moves the state, plain cycles tell sooner.
         gains.append(change)
@@ -964,11 +967,9 @@ def periodic_orbit(
         found.status,
         recorded=found.recorded,
     )
-    if not known:
-        return orbit
-    if found.correction is None:
-        return orbit._replace(known=known_orbit(p, tables, orbit, breakpoints, accuracy))
-    return orbit._replace(known=Known(y, found.mode, found.correction))
+    if found.correction is not None:
+        return orbit._replace(known=Known(y, found.mode, found.correction))
+    return orbit._replace(known=known_orbit(p, tables, orbit, breakpoints, accuracy)) if known else orbit
 
 
 def _nearer(found: Settling, kept: Settling) -> bool:

@@ -12,7 +12,7 @@ from apesim.engine.indicators import indicators, valve_travel
 from apesim.engine.machine import Machine
 from apesim.engine.steady import SteadyRun, run_steady
 from apesim.march.adaptive import Status
-from apesim.march.periodic import PERIODIC_TOLERANCE
+from apesim.march.periodic import PERIODIC_TOLERANCE, Known
 from apesim.studies.timing.solve import SKETCH, SKETCH_ANGLE_STEP
 
 ENERGISE = (-240.0 * DEGREE, 60.0 * DEGREE)
@@ -85,8 +85,18 @@ def point_of(
     >>> round(point.values["brake_torque_Nm"], 1), point.full_lift
     (37.3, True)
     """
-    return judged(
-        machine, run_steady(machine, speed, periodic_tolerance=periodic_tolerance, angle_step=SKETCH_ANGLE_STEP), place
+    return judged(machine, _run(machine, speed, periodic_tolerance), place)
+
+
+def _run(machine: Machine, speed: float, periodic_tolerance: float, start: Known | None = None) -> SteadyRun:
+    """Periodic state with what the indicators `RECORDED` need."""
+    return run_steady(
+        machine,
+        speed,
+        periodic_tolerance=periodic_tolerance,
+        angle_step=SKETCH_ANGLE_STEP,
+        start=start,
+        estimate_error=False,
     )
 
 
@@ -168,6 +178,8 @@ class Landscape:
         self.low, self.high = np.array([ENERGISE, DURATION, *([pressures] if pressures else [])]).T
         self.sketched: dict[tuple[float, ...], Point] = {}
         self.settled: dict[tuple[float, ...], Point] = {}
+        self._nearest: Known | None = None
+        """Full periodic state of the last place, which is near the next: a search takes short steps."""
 
     def _machine_at(self, place: tuple[float, ...]) -> Machine:
         """Give the machine the commands, and the supply pressure, of a place."""
@@ -203,7 +215,11 @@ class Landscape:
         place = tuple(np.clip(x, 0.0, 1.0).tolist())
         known = self.sketched if periodic_tolerance == SKETCH else self.settled
         if place not in known:
-            known[place] = point_of(self._machine_at(place), self.speed, place, periodic_tolerance)
+            machine, is_sketch = self._machine_at(place), periodic_tolerance == SKETCH
+            run = _run(machine, self.speed, periodic_tolerance, None if is_sketch else self._nearest)
+            if not is_sketch:
+                self._nearest = run.orbit.known
+            known[place] = judged(machine, run, place)
         return known[place]
 
     def best(self, goal: Goal, min_torque: float = -inf) -> Point | None:

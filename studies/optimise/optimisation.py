@@ -15,7 +15,6 @@ from apesim.results import Scalar
 from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.default_grids import OPTIMUM_SPEEDS
 from apesim.studies.grid_result import GridResult
-from apesim.studies.identify.free import free_parameters
 from apesim.studies.operating_conditions import JOBS, SPEED, require_epv
 from apesim.studies.optimise.landscape import Goal
 from apesim.studies.optimise.search import Optimum
@@ -229,6 +228,8 @@ def _free_pressures(arguments: Arguments, machine: Machine, free: str | None) ->
         wrong = f"{free!r} is not the supply pressure with its bounds"
         arguments.fault("free", wrong, f"write {FREE_KEY}=0.5 MPa gauge:1.5 MPa gauge")
         return None
+    from apesim.studies.identify.free import free_parameters  # which takes a second to import
+
     try:
         (parameter,) = free_parameters(machine, [free])
     except InputError as error:

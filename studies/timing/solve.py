@@ -14,7 +14,7 @@ from apesim.engine.indicators import valve_angles
 from apesim.engine.machine import Machine
 from apesim.engine.steady import SteadyRun, run_steady
 from apesim.march.adaptive import LOG_HEAD, Status
-from apesim.march.periodic import PERIODIC_TOLERANCE
+from apesim.march.periodic import PERIODIC_TOLERANCE, Known
 from apesim.studies.timing.open_loop import lap_of_machine, open_loop_delays
 from apesim.valve.motion import CORNER
 from apesim.valve.solenoid import opening_curve
@@ -165,6 +165,7 @@ def look(
     energise: float,
     pulse: float,
     periodic_tolerance: float = PERIODIC_TOLERANCE,
+    start: Known | None = None,
 ) -> Look:
     """March to the periodic state and see where the valve opens and closes.
 
@@ -179,7 +180,10 @@ def look(
     pulse : float
         Crank angle for which they stay energised [rad].
     periodic_tolerance : float
-        Change over a cycle that counts as periodic, see `apesim.engine.steady.run_steady`.
+        Change over a cycle that counts as periodic, see `apesim.engine.steady.run_steady`. With `SKETCH` no errors are
+        estimated.
+    start : Known, optional
+        Periodic state with commands near by, see `apesim.engine.steady.run_steady`.
 
     Returns
     -------
@@ -194,7 +198,14 @@ def look(
     """
     machine = _commanded(machine, energise, energise + pulse)
     angle_step = SKETCH_ANGLE_STEP if periodic_tolerance == SKETCH else ANGLE_STEP
-    run = run_steady(machine, speed, periodic_tolerance=periodic_tolerance, angle_step=angle_step)
+    run = run_steady(
+        machine,
+        speed,
+        periodic_tolerance=periodic_tolerance,
+        angle_step=angle_step,
+        start=start,
+        estimate_error=periodic_tolerance != SKETCH,
+    )
     if run.status != Status.DONE:
         return Look(machine, run, {}, np.full(2, nan))
     angles = valve_angles(machine, run)
@@ -265,11 +276,14 @@ def corrected(
     if machine.engine.intake != EPV:
         raise ValueError("only an electro-pneumatic intake has commands to correct")
     marches = 0
+    before: dict[float, Known | None] = {}  # the first full state starts at rest, as whoever runs the engine starts
 
     def look_at(x: Sequence[float], periodic_tolerance: float) -> Look:
         nonlocal marches
         marches += 1
-        return look(machine, speed, x[0], x[1], periodic_tolerance)
+        here = look(machine, speed, x[0], x[1], periodic_tolerance, before.get(periodic_tolerance))
+        before[periodic_tolerance] = here.run.orbit.known
+        return here
 
     result = _approach(look_at, start or _open_loop(machine, speed), USUAL_SLOPE, periodic_tolerance)
     reason = reason_of(result)

@@ -28,6 +28,22 @@ def test_a_linear_map_is_solved_by_as_many_secants_as_it_has_directions(seed):
     assert apart[-1] < 1e-6 < apart[-3], "plain cycles would need a thousand"
 
 
+def test_the_correction_gives_the_step_in_all_directions_and_keeps_what_never_moved():
+    random = np.random.default_rng(1)
+    slopes = np.zeros((4, 4))
+    slopes[:3, :3] = 0.3 * random.normal(size=(3, 3))
+    slopes[3, 3] = 1.0
+    secants, y = Secants(), np.array([0.05, 0.04, -0.03, 0.0])
+    for _ in range(4):
+        secants.add(y, slopes @ y, ONE)
+        gain = slopes @ y - y
+        y = slopes @ y
+    correction = secants.correction(ONE)
+    assert correction[:3, :3] == pytest.approx(np.linalg.inv(np.eye(3) - slopes[:3, :3]), rel=1e-6)
+    assert correction @ gain == pytest.approx(secants.step(gain, ONE)[0])
+    assert not correction[3].any()
+
+
 def test_what_no_secant_shows_counts_as_far_as_it_may_lead():
     """The second direction gains 1e-9 a cycle, and falls by a thousandth: 1e-6 is left, though the step is 1e-9."""
     end, matrix = np.zeros(4), np.diag([0.5, 0.999, 0.0, 0.0])

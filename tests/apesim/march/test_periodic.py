@@ -193,7 +193,13 @@ def test_what_was_found_is_the_start_for_the_next():
     orbit = settle_from(first.known, Contraction(0.4, 0.95, 3.101), [5.0, 5.0])
     assert orbit.cycles < first.cycles
     assert orbit.y == pytest.approx([3.101, 3.101], abs=4.0 * TOLERANCE / 0.05)
-    assert settle(Contraction(), [5.0, 5.0]).known is None
+
+
+def test_accelerated_cycles_show_the_way_from_where_they_end():
+    first = settle(Contraction(0.5, 0.9), [5.0, 5.0])
+    orbit = settle_from(first.known, Contraction(0.5, 0.9, 3.01), [5.0, 5.0])
+    assert orbit.cycles <= 3 < first.cycles
+    assert orbit.y == pytest.approx([3.01, 3.01], abs=4.0 * TOLERANCE / 0.1)
 
 
 def test_the_last_cycle_on_the_way_is_the_one_that_is_recorded():

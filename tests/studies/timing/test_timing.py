@@ -70,6 +70,14 @@ def test_a_start_from_elsewhere_leads_to_the_same_commands():
     np.testing.assert_allclose(other[3:5], found[3:5], atol=1e-3 * DEGREE)
 
 
+@pytest.mark.parametrize("rpm", [600.0, 1300.0])
+def test_the_state_of_the_commands_before_leads_to_that_from_rest_in_half_the_cycles(rpm):
+    timing = corrected(machine(receiver=1.0), rpm * RPM)
+    from_rest = settled(timing.machine, rpm)
+    assert timing.run.orbit.cycles < 0.6 * from_rest.orbit.cycles
+    np.testing.assert_allclose(timing.run.start, from_rest.start, rtol=1e-6, atol=1e-9)
+
+
 def test_targets_a_turn_later_need_the_same_commands_a_turn_later_and_stay_in_a_machine_files_range():
     found = [corrected(machine(targets=targets), 3000.0 * RPM) for targets in ((-300.0, -225.0), (60.0, 135.0))]
     assert all(timing.reachable for timing in found)
