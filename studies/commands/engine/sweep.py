@@ -93,7 +93,6 @@ def sweep_engine(
 
     from apesim.archive import command_line
     from apesim.archive.grid import axes_of
-    from apesim.studies.figures.sweep import sweep_figures
     from apesim.studies.output import written_json, written_text
     from apesim.studies.sweep import study, vary
     from apesim.studies.sweep.table import sweep_table
@@ -122,7 +121,11 @@ def sweep_engine(
     except KeyboardInterrupt:
         console.message("interrupted; what is done is kept, go on with the same command and --resume")
         raise
-    drawn = sweep_figures(result.archive, out.with_suffix(".figures")) if figures else []
+    drawn = []
+    if figures:
+        from apesim.studies.figures.sweep import sweep_figures  # half a second, for those who draw
+
+        drawn = sweep_figures(result.archive, out.with_suffix(".figures"))
     written = written_json(out, drawn, result["wall_time"])
     data = {
         **{key: written[key] for key in ("archive", "content_sha256", "figures")},

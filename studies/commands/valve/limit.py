@@ -65,7 +65,6 @@ def find_valve_limits(
 
     from apesim.archive import command_line
     from apesim.archive.columns import values_of
-    from apesim.studies.figures.valve import limit_figures
     from apesim.studies.limit import valve_limit
     from apesim.studies.limit.points import lowest_run, own_run
     from apesim.studies.limit.summary import summary_json, summary_lines
@@ -85,7 +84,11 @@ def find_valve_limits(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
-    drawn = limit_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures")) if figures else []
+    drawn = []
+    if figures:
+        from apesim.studies.figures.valve import limit_figures  # half a second, for those who draw
+
+        drawn = limit_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures"))
     written = written_json(out, drawn, result["wall_time"])
     v = values_of(result.archive)
     keys = {

@@ -63,7 +63,6 @@ def map_valve_strokes(
     from apesim.archive import command_line
     from apesim.archive.columns import values_of
     from apesim.studies import valve_map
-    from apesim.studies.figures.valve import map_figures
     from apesim.studies.output import written_json, written_text
     from apesim.studies.tables import number, table_over_supplies
 
@@ -79,7 +78,11 @@ def map_valve_strokes(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
-    drawn = map_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures")) if figures else []
+    drawn = []
+    if figures:
+        from apesim.studies.figures.valve import map_figures  # half a second, for those who draw
+
+        drawn = map_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures"))
     written = written_json(out, drawn, result["wall_time"])
     v = values_of(result.archive)
     values = [1e3 * v[name] for name in TIMES] + [v[name] for name in SPEEDS]
