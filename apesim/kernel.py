@@ -283,7 +283,7 @@ def kernel(function: Callable[..., Any] | None = None, *, inline: bool = True) -
 
     Called from Python it stays the function it is: what unpacks a machine's parameters from Python takes as long to
     compile as a law. Without fast-math, so that compiled and plain Python (``NUMBA_DISABLE_JIT=1``) give the same
-    bits.
+    bits. A kernel from outside may make arrays, as for `numpy.interp`; that costs time in each of its calls.
 
     Parameters
     ----------
@@ -308,7 +308,9 @@ def kernel(function: Callable[..., Any] | None = None, *, inline: bool = True) -
     """
     if function is None:
         return functools.partial(kernel, inline=inline)
-    bare: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": inline, "_nrt": False}
+    # Kernels of ours make no arrays, and count no references to those that they are given.
+    counts = not function.__module__.startswith("apesim.")
+    bare: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": inline, "_nrt": counts}
     compiled = jit(function, **OPTIONS, **bare)
     function.compiled = compiled  # type: ignore[attr-defined]  # by_type finds it there
     _let_call(function, lambda first: compiled)

@@ -56,6 +56,21 @@ def test_with_a_release_of_numba_that_was_not_tried_it_is_compiled_as_any_functi
     assert not isinstance(overload.library, linking._Library)
 
 
+@kernel
+def read_off(x):
+    """A kernel from outside, which makes an array; ours make none."""
+    return np.interp(x, np.array([0.0, 1.0]), np.array([0.0, 2.0]))
+
+
+@entry
+def read_off_twice(x):
+    return read_off(x) + read_off(0.5 * x)
+
+
+def test_a_kernel_from_outside_makes_an_array():
+    assert read_off_twice(1.0) == 3.0
+
+
 def test_an_ordinary_function_of_numba_calls_a_kernel():
     @numba.njit
     def total(x, n):
