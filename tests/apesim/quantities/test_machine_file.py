@@ -12,6 +12,8 @@ from apesim.quantities.settings import dumps, load, schema
 LEAVES = list(schema(Machine))
 WITH_UNIT = [leaf for leaf in LEAVES if isinstance(leaf.declaration, Quantity) and leaf.declaration.unit]
 BARE = [leaf for leaf in LEAVES if isinstance(leaf.declaration, Quantity) and not leaf.declaration.unit]
+AT_ONCE = 20
+"""Keys that are wrong in one file: a message names no more unknown ones."""
 BINDING = """
 air.model ambient.pressure ambient.temperature supply.pressure supply.temperature supply.control_air
 supply.control_pressure valve.stroke valve.moving_mass valve.piston_area valve.clearance_volume valve.spring_rate
@@ -45,8 +47,14 @@ def faults_of(path):
     return {fault.key: fault for fault in caught.value.faults}
 
 
-def leaf_id(leaf):
-    return leaf.key
+def faults_of_all(folder, raws):
+    """The fault of each key, in machine files in which some are wrong at once."""
+    keys, faults, path = list(raws), {}, folder / "machine.toml"
+    for start in range(0, len(keys), AT_ONCE):
+        path.write_text("\n".join(f"{key} = {raws[key]}" for key in keys[start : start + AT_ONCE]))
+        faults |= faults_of(path)
+    assert set(keys) <= set(faults)
+    return faults
 
 
 def test_the_promised_keys_are_there():
@@ -59,63 +67,72 @@ def test_every_key_has_a_range_and_a_source():
         assert leaf.declaration.range_text.strip(), leaf.key
 
 
-@pytest.mark.parametrize("leaf", WITH_UNIT, ids=leaf_id)
-def test_a_bare_number_is_refused_where_a_unit_is_due(leaf, tmp_path):
-    fault = faults_of(write_machine(tmp_path, leaf.key, "1"))[leaf.key]
-    assert "has no unit" in fault.wrong
-    assert leaf.declaration.unit in fault.right
+def test_a_bare_number_is_refused_where_a_unit_is_due(tmp_path):
+    faults = faults_of_all(tmp_path, {leaf.key: "1" for leaf in WITH_UNIT})
+    for leaf in WITH_UNIT:
+        assert "has no unit" in faults[leaf.key].wrong, leaf.key
+        assert leaf.declaration.unit in faults[leaf.key].right, leaf.key
 
 
-@pytest.mark.parametrize("leaf", WITH_UNIT, ids=leaf_id)
-def test_a_unit_of_another_dimension_is_refused(leaf, tmp_path):
-    fault = faults_of(write_machine(tmp_path, leaf.key, '"1 kg m K"'))[leaf.key]
-    assert "cannot be converted" in fault.wrong
-    assert leaf.declaration.unit in fault.right
+def test_a_unit_of_another_dimension_is_refused(tmp_path):
+    faults = faults_of_all(tmp_path, {leaf.key: '"1 kg m K"' for leaf in WITH_UNIT})
+    for leaf in WITH_UNIT:
+        assert "cannot be converted" in faults[leaf.key].wrong, leaf.key
+        assert leaf.declaration.unit in faults[leaf.key].right, leaf.key
 
 
-@pytest.mark.parametrize("leaf", WITH_UNIT + BARE, ids=leaf_id)
 @pytest.mark.parametrize("raw", ["true", '"nan"', "nan", "[1, 2]", '"much"', '"1e400"', "{ a = 1 }"])
-def test_what_is_no_finite_number_is_refused(leaf, raw, tmp_path):
-    assert faults_of(write_machine(tmp_path, leaf.key, raw))[leaf.key].right
+def test_what_is_no_finite_number_is_refused(raw, tmp_path):
+    numbers = WITH_UNIT + BARE
+    faults = faults_of_all(tmp_path, {leaf.key: raw for leaf in numbers})
+    assert [leaf.key for leaf in numbers if not faults[leaf.key].right] == []
 
 
-@pytest.mark.parametrize("leaf", WITH_UNIT + BARE, ids=leaf_id)
-def test_a_value_beyond_the_range_is_refused_and_the_range_told(leaf, tmp_path):
-    declaration = leaf.declaration
-    beyond = declaration.low - 1.0 if math.isinf(declaration.high) else declaration.high * 2.0 + 1.0
-    kind = " abs" if isinstance(declaration, Pressure) else ""
-    raw = f'"{beyond!r} {declaration.unit}{kind}"' if declaration.unit else repr(beyond)
-    fault = faults_of(write_machine(tmp_path, leaf.key, raw))[leaf.key]
-    assert "out of range" in fault.wrong
-    assert declaration.range_text in fault.right
+def test_a_value_beyond_the_range_is_refused_and_the_range_told(tmp_path):
+    def beyond(declaration):
+        value = declaration.low - 1.0 if math.isinf(declaration.high) else declaration.high * 2.0 + 1.0
+        kind = " abs" if isinstance(declaration, Pressure) else ""
+        return f'"{value!r} {declaration.unit}{kind}"' if declaration.unit else repr(value)
+
+    numbers = WITH_UNIT + BARE
+    faults = faults_of_all(tmp_path, {leaf.key: beyond(leaf.declaration) for leaf in numbers})
+    for leaf in numbers:
+        assert "out of range" in faults[leaf.key].wrong, leaf.key
+        assert leaf.declaration.range_text in faults[leaf.key].right, leaf.key
 
 
-@pytest.mark.parametrize("leaf", [x for x in LEAVES if isinstance(x.declaration, Pressure)], ids=leaf_id)
-def test_a_pressure_must_say_gauge_or_abs(leaf, tmp_path):
-    fault = faults_of(write_machine(tmp_path, leaf.key, '"0.5 MPa"'))[leaf.key]
-    assert "gauge" in fault.right and "abs" in fault.right
+def test_a_pressure_must_say_gauge_or_abs(tmp_path):
+    pressures = [leaf.key for leaf in LEAVES if isinstance(leaf.declaration, Pressure)]
+    faults = faults_of_all(tmp_path, dict.fromkeys(pressures, '"0.5 MPa"'))
+    for key in pressures:
+        assert "gauge" in faults[key].right and "abs" in faults[key].right, key
 
 
-@pytest.mark.parametrize("leaf", [x for x in LEAVES if isinstance(x.declaration, Choice)], ids=leaf_id)
-def test_an_unknown_word_is_refused_and_the_words_told(leaf, tmp_path):
-    fault = faults_of(write_machine(tmp_path, leaf.key, '"something"'))[leaf.key]
-    assert all(option in fault.right for option in leaf.declaration.options)
+def test_an_unknown_word_is_refused_and_the_words_told(tmp_path):
+    choices = [leaf for leaf in LEAVES if isinstance(leaf.declaration, Choice)]
+    faults = faults_of_all(tmp_path, {leaf.key: '"something"' for leaf in choices})
+    for leaf in choices:
+        assert all(option in faults[leaf.key].right for option in leaf.declaration.options), leaf.key
 
 
-@pytest.mark.parametrize("leaf", [x for x in LEAVES if isinstance(x.declaration, Curve)], ids=leaf_id)
-def test_a_curve_that_is_not_there_is_refused(leaf, tmp_path):
-    fault = faults_of(write_machine(tmp_path, leaf.key, '"nowhere.csv"'))[leaf.key]
-    assert "nowhere.csv" in fault.wrong
-    assert ",".join(leaf.declaration.columns) in fault.right
+def test_a_curve_that_is_not_there_is_refused(tmp_path):
+    curves = [leaf for leaf in LEAVES if isinstance(leaf.declaration, Curve)]
+    faults = faults_of_all(tmp_path, {leaf.key: '"nowhere.csv"' for leaf in curves})
+    for leaf in curves:
+        assert "nowhere.csv" in faults[leaf.key].wrong, leaf.key
+        assert ",".join(leaf.declaration.columns) in faults[leaf.key].right, leaf.key
 
 
-@pytest.mark.parametrize("leaf", LEAVES, ids=leaf_id)
-def test_a_misspelt_key_is_refused_with_the_nearest_right_one(leaf, tmp_path):
-    section, _, name = leaf.key.rpartition(".")
-    key = f"{section}.{name[0]}{name}".lstrip(".")  # its last letter alone may tell it from its neighbours
-    fault = faults_of(write_machine(tmp_path, key, '"1 mm"'))[key]
-    assert "unknown key" in fault.wrong
-    assert leaf.key.rpartition(".")[2] in fault.right
+def test_a_misspelt_key_is_refused_with_the_nearest_right_one(tmp_path):
+    def misspelt(key):
+        section, _, name = key.rpartition(".")
+        return f"{section}.{name[0]}{name}".lstrip(".")  # its last letter alone may tell it from its neighbours
+
+    faults = faults_of_all(tmp_path, {misspelt(leaf.key): '"1 mm"' for leaf in LEAVES})
+    for leaf in LEAVES:
+        fault = faults[misspelt(leaf.key)]
+        assert "unknown key" in fault.wrong, leaf.key
+        assert leaf.key.rpartition(".")[2] in fault.right, leaf.key
 
 
 @pytest.mark.parametrize(
