@@ -18,26 +18,10 @@ class CacheWarning(UserWarning):
 
 
 def cache_root() -> Path:
-    """Return the parent of the cache's folders.
+    """Return the parent of the cache's folders, which need not exist.
 
-    It is ``APESIM_CACHE_DIR``, else it lies where the system keeps caches, such as ``~/.cache/apesim``.
-
-    Returns
-    -------
-    pathlib.Path
-        Folder; it need not exist.
-
-    Raises
-    ------
-    RuntimeError
-        The user has no home folder.
-
-    Examples
-    --------
-    >>> from unittest.mock import patch
-    >>> with patch.dict(os.environ, APESIM_CACHE_DIR="somewhere"):
-    ...     print(cache_root())
-    somewhere
+    It is ``APESIM_CACHE_DIR``, else it lies where the system keeps caches, such as ``~/.cache/apesim``. Raises
+    RuntimeError where the user has no home folder.
     """
     given = os.environ.get("APESIM_CACHE_DIR")
     if given:
@@ -53,23 +37,7 @@ def cache_root() -> Path:
 def private_folder(name: str) -> Path | None:
     """Return a folder of the cache, made with mode 0700 if need be.
 
-    Parameters
-    ----------
-    name : str
-        Name of the folder.
-
-    Returns
-    -------
-    pathlib.Path or None
-        None where it cannot be written, or is not ours alone.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from unittest.mock import patch
-    >>> with tempfile.TemporaryDirectory() as root, patch.dict(os.environ, APESIM_CACHE_DIR=root):
-    ...     print(oct(private_folder("units").stat().st_mode & 0o777))
-    0o700
+    None if it cannot be written or is not ours alone.
     """
     with contextlib.suppress(OSError, RuntimeError):  # RuntimeError: there is no home
         folder = cache_root() / name
@@ -83,14 +51,8 @@ def private_folder(name: str) -> Path | None:
 
 
 def explain_temporary() -> str:
-    """Say in a line why nothing is kept for later runs, and what to do; "" unless this process has a temporary folder.
+    """Say in a line why nothing is kept for later runs and what to do; "" unless this process has a temporary folder.
 
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> from unittest.mock import patch
     >>> with patch.dict(os.environ):
     ...     folder = temporary_folder("units")
@@ -101,39 +63,14 @@ def explain_temporary() -> str:
 
 
 def warn_of_temporary() -> None:
-    """Warn by `CacheWarning` that nothing is kept for later runs, in the words of `explain_temporary`.
-
-    Examples
-    --------
-    >>> with warnings.catch_warnings(record=True) as caught:
-    ...     warnings.simplefilter("always")
-    ...     warn_of_temporary()
-    >>> caught[0].category.__name__
-    'CacheWarning'
-    """
+    """Warn by `CacheWarning` that nothing is kept for later runs, in the words of `explain_temporary`."""
     warnings.warn(explain_temporary(), CacheWarning, stacklevel=3)
 
 
 def temporary_folder(name: str) -> Path:
     """Make a folder for this process and those that it starts from now on, where the cache has none; removed at exit.
 
-    Parameters
-    ----------
-    name : str
-        Name of the folder.
-
-    Returns
-    -------
-    pathlib.Path
-        Folder; ``APESIM_CACHE_DIR`` is set to its parent.
-
-    Examples
-    --------
-    >>> from unittest.mock import patch
-    >>> with patch.dict(os.environ):
-    ...     folder = temporary_folder("units")
-    ...     print(folder.is_dir(), cache_root() == folder.parent)
-    True True
+    Sets ``APESIM_CACHE_DIR`` to its parent.
     """
     import tempfile
 
@@ -156,17 +93,7 @@ def temporary_folder(name: str) -> Path:
 
 
 def remove_temporary_folders() -> None:
-    """Remove what `temporary_folder` has made in this process.
-
-    Examples
-    --------
-    >>> from unittest.mock import patch
-    >>> with patch.dict(os.environ):
-    ...     folder = temporary_folder("units")
-    >>> remove_temporary_folders()
-    >>> folder.exists()
-    False
-    """
+    """Remove what `temporary_folder` has made in this process."""
     import shutil
 
     for root, process in _temporary:

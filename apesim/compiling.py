@@ -22,23 +22,11 @@ _listeners: list[Callable[[str], object]] = []
 
 @contextlib.contextmanager
 def when_compiling(tell: Callable[[str], object]) -> Iterator[None]:
-    """Tell a function, within a ``with`` statement, of each march that has to be compiled.
+    """Tell a function, within a ``with`` statement, of each march that has to be compiled, by a line of text.
 
-    What is loaded from the cache has not to be compiled. Of nested statements the outermost is told alone, so that
-    a command that calls public functions says each line once.
+    What is loaded from the cache is not told. Of nested statements the outermost is told alone, so that a command that
+    calls public functions says each line once.
 
-    Parameters
-    ----------
-    tell : function
-        Takes a line, see `explain_compiling`.
-
-    Yields
-    ------
-    None
-        A context in which functions are called that may compile.
-
-    Examples
-    --------
     >>> with when_compiling(print), when_compiling(lambda line: print("told twice")):
     ...     tell_of_compiling("model")
     compiling the model for this processor, once: takes 15 to 60 s
@@ -67,47 +55,18 @@ def tell_of_compiling(kind: str) -> None:
 
 
 def explain_compiling(kind: str) -> str:
-    """Say in a line that a march is compiled, and how long that took last time.
-
-    Parameters
-    ----------
-    kind : str
-        Kind of march, see `kind_of_march_types`.
-
-    Returns
-    -------
-    str
-        The line; where it never was compiled here, with the time that it takes on common processors.
-
-    Examples
-    --------
-    >>> explain_compiling("model")
-    'compiling the model for this processor, once: takes 15 to 60 s'
-    """
+    """Say in a line that a march of a kind is compiled, and how long that took last time, or else usually takes."""
     seconds = compile_times().get(kind)
     told = "takes 15 to 60 s" if seconds is None else f"took {seconds:.0f} s last time"
     return f"compiling the {kind} for this processor, once: {told}"
 
 
 def kind_of_march_types(arguments: Iterable[Any]) -> str:
-    """Return the kind of march that an entry is compiled for.
+    """Return the kind of march that an entry is compiled for, from the Numba types of the call's arguments.
 
-    Parameters
-    ----------
-    arguments : iterable of numba types
-        Types of the call's arguments; the first is that of the machine's parameters.
-
-    Returns
-    -------
-    str
-        "valve" or "engine", with what follows " with effects" where laws of effects are compiled in, and " with an
-        effect of your own" where one is from outside; "model" for what is of neither layer.
-
-    Examples
-    --------
-    >>> import numba
-    >>> kind_of_march_types([numba.types.float64])
-    'model'
+    It is "valve" or "engine", with what follows " with effects" where laws of effects are compiled in, and " with an
+    effect of your own" where one is from outside; "model" for what is of neither layer. The first type is that of the
+    machine's parameters.
     """
     types = tuple(arguments)
     module = getattr(getattr(types[0], "instance_class", None), "__module__", "") if types else ""
@@ -130,24 +89,7 @@ def _classes_in(types: Iterable[Any]) -> Iterator[type]:
 
 
 def compile_times() -> dict[str, float]:
-    """Return how long compiling took last time.
-
-    Returns
-    -------
-    dict of str to float
-        Seconds by kind of march; what a damaged file holds beside them is left out.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from unittest.mock import patch
-    >>> with tempfile.TemporaryDirectory() as root, patch.dict(os.environ, APESIM_CACHE_DIR=root):
-    ...     note_compile_time("engine", 16.234)
-    ...     print(compile_times())
-    ...     print(explain_compiling("engine"))
-    {'engine': 16.23}
-    compiling the engine for this processor, once: took 16 s last time
-    """
+    """Return how long compiling took last time [s], by kind of march; what a damaged file holds beside is left out."""
     try:
         noted = json.loads((cache_root() / TIMES_FILE).read_text(encoding="utf-8"))
     except (OSError, RuntimeError, ValueError, RecursionError):  # RuntimeError: there is no home

@@ -10,30 +10,10 @@ from apesim.kernel import kernel
 
 
 def table(name: str, module: str, **branches: tuple[Sequence[int | str], Any]) -> Any:
-    """Make the NamedTuple type of a table's values, all 0.0 by default.
+    """Make the NamedTuple type of a table's values, all 0.0 by default: one field ``branch_at_place`` for each value.
 
-    The compile cache finds a type again by the module that it says it is from, and by its name there.
-
-    Parameters
-    ----------
-    name : str
-        Name of the type.
-    module : str
-        Module that the type is assigned to a name in.
-    **branches : tuple
-        For each branch of the table its places, sequence of int or str, and the `Quantity` of its values; the value
-        at a place is called ``branch_at_place``.
-
-    Returns
-    -------
-    type
-        Parameter class with one field for each value.
-
-    Examples
-    --------
-    >>> from apesim.quantities import Quantity
-    >>> table("Example", __name__, force=((0, 50, 100), Quantity("N", -1, 1, "chosen")))._fields
-    ('force_at_0', 'force_at_50', 'force_at_100')
+    Each branch is given as its places and the `Quantity` of its values. The type has to be assigned to `name` in
+    `module`, where the compile cache finds it again.
     """
     fields = [
         (f"{branch}_at_{place}", Annotated[float, quantity])

@@ -144,24 +144,10 @@ def exergy_stored(gas: Gas, ambient: GasState, content: GasContent, state: GasSt
 
 @kernel
 def stream_through(regime: float, sides: Sides, mass_flow: float) -> Stream:
-    """Return the stream through a restriction: its mass flow and its upstream temperature.
+    """Return the stream through a restriction: its mass flow [kg/s] from side 1 to 2, and its upstream temperature.
 
-    Parameters
-    ----------
-    regime : int
-        Regime of the flow, see `apesim.restriction`; only its sign counts.
-    sides : apesim.restriction.Sides
-        State of the air on both sides.
-    mass_flow : float
-        Mass flow from side 1 to side 2 [kg/s].
+    Only the sign of the regime counts, see `apesim.restriction`.
 
-    Returns
-    -------
-    Stream
-        Mass flow, and temperature upstream.
-
-    Examples
-    --------
     >>> stream_through(-1, Sides(GasState(1e5, 300.0), GasState(2e5, 280.0)), -0.01)
     Stream(mass=-0.01, temperature=280.0)
     """

@@ -42,24 +42,7 @@ OF_NUMBERS = ("_operator", "builtins", "math")
 def jit(function: Callable[..., Any], **options: Any) -> Any:
     """Let Numba compile a function for its callers, which optimise it together with themselves.
 
-    Parameters
-    ----------
-    function : function
-        Function that is decorated.
-    **options
-        Options of ``numba.njit``.
-
-    Returns
-    -------
-    numba dispatcher
-        Compiled function; the plain one where compilation is switched off.
-
-    Examples
-    --------
-    >>> twice = jit(lambda x: 2.0 * x, no_cpython_wrapper=True)
-    >>> four_times = jit(lambda x: twice(twice(x)))
-    >>> four_times(1.5)
-    6.0
+    Options are those of ``numba.njit``; returns the plain function where compilation is switched off.
     """
     if TRIED_FROM <= numba.version_info.short < TRIED_BEFORE:
         options["pipeline_class"] = _Compiler

@@ -28,25 +28,9 @@ class Reading(NamedTuple):
 
 
 def moved(reading: Reading, instants: Callable[[np.ndarray], np.ndarray]) -> Reading:
-    """Return a reading whose records are taken at other times.
+    """Return a reading whose records are taken at other times, as sensors with another clock show them.
 
-    Parameters
-    ----------
-    reading : Reading
-        What the sensors show.
-    instants : callable
-        Function from recorded times to those at which the recorded happened, (n,) arrays [s].
-
-    Returns
-    -------
-    Reading
-        What sensors with another clock show.
-
-    Examples
-    --------
-    >>> reading = Reading(at=lambda times: {"lift": 2.0 * times})
-    >>> moved(reading, lambda times: times - 1.0).at(np.array([3.0]))["lift"].tolist()
-    [4.0]
+    `instants` maps recorded times (n,) [s] to those at which the recorded happened.
     """
     return reading._replace(at=lambda times: reading.at(instants(times)))
 

@@ -219,24 +219,10 @@ def regime_between(gas: Gas, sides: Sides) -> int:
 
 @kernel
 def upstream_of(regime: float, sides: Sides) -> tuple[float, float]:
-    """Return pressure ratio and upstream temperature in the direction of a regime.
+    """Return downstream over upstream pressure and the upstream temperature [K] in the direction of a regime.
 
-    Parameters
-    ----------
-    regime : int
-        Regime of the flow; only its sign counts.
-    sides : Sides
-        State of the air on both sides.
+    Only the sign of the regime counts.
 
-    Returns
-    -------
-    ratio : float
-        Downstream over upstream pressure.
-    temperature : float
-        Temperature upstream [K].
-
-    Examples
-    --------
     >>> upstream_of(CHOKED, Sides(GasState(4e5, 300.0), GasState(1e5, 287.0)))
     (0.25, 300.0)
     """
@@ -249,27 +235,8 @@ def upstream_of(regime: float, sides: Sides) -> tuple[float, float]:
 def beyond_regime(gas: Gas, regime: float, sides: Sides) -> float:
     """Return by how much the pressure ratio lies outside a regime; above zero the flow has left it.
 
-    Parameters
-    ----------
-    gas : apesim.air.Gas
-        Working gas, as the kernels know it.
-    regime : int
-        Regime that the flow is held in; negative from side 2 to side 1.
-    sides : Sides
-        State of the air on both sides.
-
-    Returns
-    -------
-    float
-        Distance of the pressure ratio from the nearer end of the regime, less `ROOM`, or at equal pressures, where the
-        flow turns, less `ROOM_TO_TURN`; -1 where it is shut.
-
-    Examples
-    --------
-    >>> from apesim.air import Air, gas_of
-    >>> gas = gas_of(Air())
-    >>> round(beyond_regime(gas, CHOKED, Sides(GasState(1e6, 287.0), GasState(6e5, 287.0))), 4)
-    0.0717
+    It is the distance from the nearer end of the regime, less `ROOM`, or at equal pressures, where the flow turns, less
+    `ROOM_TO_TURN`; -1 where it is shut. A negative regime is a flow from side 2 to side 1.
     """
     if regime == SHUT:
         return -1.0
@@ -280,28 +247,9 @@ def beyond_regime(gas: Gas, regime: float, sides: Sides) -> float:
 
 @kernel(inline=False)
 def next_regime(gas: Gas, regime: float, sides: Sides) -> float:
-    """Return the regime that a flow goes over to where it leaves one.
+    """Return the neighbouring regime that a flow goes over to where it leaves one; negative from side 2 to side 1.
 
-    Parameters
-    ----------
-    gas : apesim.air.Gas
-        Working gas, as the kernels know it.
-    regime : int
-        Regime that the flow leaves; negative from side 2 to side 1.
-    sides : Sides
-        State of the air on both sides.
-
-    Returns
-    -------
-    int
-        Neighbouring regime: beyond nearly equal pressures it is the same in the other direction.
-
-    Examples
-    --------
-    >>> from apesim.air import Air, gas_of
-    >>> gas = gas_of(Air())
-    >>> next_regime(gas, CHOKED, Sides(GasState(1e6, 287.0), GasState(6e5, 287.0))) == SUBSONIC
-    True
+    Beyond nearly equal pressures it is the same regime in the other direction.
     """
     direction = 1.0 if regime > 0.0 else -1.0
     ratio, temperature = upstream_of(regime, sides)

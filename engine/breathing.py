@@ -36,24 +36,8 @@ class Window(Protocol):
 
 
 def window_faults(window: Window) -> Iterator[tuple[str, str, str]]:
-    """Find what is wrong with a window that a cam opens, beyond the ranges of its single keys.
+    """Find what is wrong with a window that a cam opens, beyond the ranges of its single keys: key, wrong, right.
 
-    Parameters
-    ----------
-    window : Window
-        Opening, closing and flank [rad]; a `Cam` or an `Exhaust`.
-
-    Yields
-    ------
-    key : str
-        Key of the machine file at which the fault is shown.
-    wrong : str
-        What is wrong.
-    right : str
-        What would be right.
-
-    Examples
-    --------
     >>> list(window_faults(Exhaust()))
     []
     >>> list(window_faults(Exhaust(opens=1.0, closes=1.0)))
@@ -67,20 +51,10 @@ def window_faults(window: Window) -> Iterator[tuple[str, str, str]]:
 
 
 def lift_curve_faults(curve: np.ndarray) -> Iterator[tuple[str, str, str]]:
-    """Find what is wrong with the lift curve of a cam, beyond the range of its single values.
+    """Find what is wrong with the lift curve of a cam, beyond the range of its single values: key, wrong, right.
 
-    Parameters
-    ----------
-    curve : (n, 2) float array
-        Crank angle [rad], ascending, and lift [m].
+    `curve` (n, 2) has crank angle [rad], ascending, and lift [m].
 
-    Yields
-    ------
-    key, wrong, right : str
-        Key of the machine file, what is wrong with it, and what would be right.
-
-    Examples
-    --------
     >>> list(lift_curve_faults(np.array([[0.0, 0.0], [1.0, 9e-3], [2.0, 0.0]])))
     []
     >>> [(key, wrong, right)] = lift_curve_faults(np.array([[0.0, 0.0], [1.0, 9e-3], [2.0, 1e-3]]))
@@ -117,32 +91,12 @@ class Cam(NamedTuple):
     ] = NO_CURVE
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the cam, beyond the ranges of its single keys.
-
-        Returns
-        -------
-        iterator of (str, str, str)
-            Key of the machine file, what is wrong with it, and what would be right.
-
-        Examples
-        --------
-        >>> list(Cam().faults())
-        []
-        """
+        """Find what is wrong with the cam, beyond the ranges of its single keys: key, wrong, right."""
         return lift_curve_faults(self.lift_curve) if len(self.lift_curve) else window_faults(self)
 
     def overruled(self) -> Iterator[tuple[str, str]]:
-        """Find the keys that another key makes void.
+        """Find the keys that another key makes void, and why they are not used.
 
-        Yields
-        ------
-        key : str
-            Key of the cam that is not used.
-        reason : str
-            Why it is not used.
-
-        Examples
-        --------
         >>> list(Cam().overruled())
         []
         >>> cam = Cam(lift_curve=np.array([[0.0, 0.0], [1.0, 9e-3], [2.0, 0.0]]))
@@ -153,23 +107,7 @@ class Cam(NamedTuple):
             yield from ((key, "engine.cam.lift_curve is given") for key in ("opens", "closes", "lift", "flank"))
 
     def resolve_lift(self, stroke: float) -> "Cam":
-        """Return the cam with the lift that it has in a machine: its own, or the valve's stroke where none is given.
-
-        Parameters
-        ----------
-        stroke : float
-            Stroke of the valve that the cam stands in place of [m].
-
-        Returns
-        -------
-        Cam
-            The same cam, its lift a number.
-
-        Examples
-        --------
-        >>> Cam().resolve_lift(6e-3).lift, Cam(lift=5e-3).resolve_lift(6e-3).lift
-        (0.006, 0.005)
-        """
+        """Return the cam with the lift that it has in a machine: its own, or else the valve's `stroke` [m]."""
         return self._replace(lift=stroke) if isnan(self.lift) else self
 
 
@@ -182,18 +120,7 @@ class Exhaust(NamedTuple):
     flank: Annotated[float, Quantity("deg", 0.1, 180, "chosen; raised cosine, inside the window")] = 25.0 * DEGREE
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the exhaust valve's window, see `window_faults`.
-
-        Returns
-        -------
-        iterator of (str, str, str)
-            Key of the machine file, what is wrong with it, and what would be right.
-
-        Examples
-        --------
-        >>> list(Exhaust().faults())
-        []
-        """
+        """Find what is wrong with the exhaust valve's window, see `window_faults`: key, wrong, right."""
         return window_faults(self)
 
 
@@ -206,20 +133,7 @@ class Receiver(NamedTuple):
     feed_area: Annotated[float, Quantity("mm^2", 0.1, 10000, "chosen; from the regulator, effective")] = 200.0e-6
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the receiver, beyond the ranges of its single keys.
-
-        Yields
-        ------
-        key, wrong, right : str
-            Key of the machine file, what is wrong with it, and what would be right.
-
-        Examples
-        --------
-        >>> list(Receiver().faults())
-        []
-        >>> [right for key, wrong, right in Receiver(volume=50.0).faults()]
-        ['at most 1000 L, or "inf"']
-        """
+        """Find what is wrong with the receiver, beyond the ranges of its single keys: key, wrong, right."""
         if MAX_VOLUME < self.volume < inf:
             wrong = "is so large that its pressure takes millions of cycles to settle"
             yield "volume", wrong, f'at most {MAX_VOLUME * 1e3:g} L, or "inf"'
@@ -227,23 +141,7 @@ class Receiver(NamedTuple):
 
 @kernel
 def within_turn(angle: float) -> float:
-    """Bring an angle into the turn from 0 to 2 pi, ``phi - 2 pi floor(phi/(2 pi))``.
-
-    Parameters
-    ----------
-    angle : float
-        Any angle [rad].
-
-    Returns
-    -------
-    float
-        The angle within a turn, from 0 up to 2 pi [rad].
-
-    Examples
-    --------
-    >>> print(round(within_turn(-0.5 * pi) / pi, 9), "pi,", round(within_turn(4.5 * pi) / pi, 9), "pi")
-    1.5 pi, 0.5 pi
-    """
+    """Bring an angle [rad] into the turn from 0 to 2 pi, ``phi - 2 pi floor(phi/(2 pi))``."""
     # The remainder operator gives the same, and takes several times as long.
     return angle - np.floor(angle / TURN) * TURN
 
@@ -313,23 +211,7 @@ def exhaust_area(valve: Exhaust, angle: float) -> float:
 
 
 def window_corners(window: Window) -> np.ndarray:
-    """Find the angles at which a window or one of its flanks begins or ends.
-
-    Parameters
-    ----------
-    window : Window
-        Opening, closing and flank [rad]; a `Cam` or an `Exhaust`.
-
-    Returns
-    -------
-    (4,) float array
-        Begin and end of the opening flank, begin and end of the closing flank [rad].
-
-    Examples
-    --------
-    >>> (window_corners(Exhaust()) / DEGREE).round(6).tolist()
-    [165.0, 190.0, 315.0, 340.0]
-    """
+    """Find the angles [rad] at which the opening flank of a window begins and ends, then those of the closing flank."""
     return np.array([window.opens, window.opens + window.flank, window.closes - window.flank, window.closes])
 
 
@@ -364,24 +246,11 @@ def angle_to_lift(cam: Cam, lift: float) -> float:
 
 @kernel
 def lift_line(curve: np.ndarray, angle: float) -> tuple[float, float]:
-    """Line of a cam's lift over the crank angle, on the piece of its curve that an angle lies in.
+    """Line of a cam's lift over the crank angle, on the piece of its curve that an angle [rad] lies in.
 
-    Parameters
-    ----------
-    curve : (n, 2) float array
-        Crank angle [rad] and lift [m], 0 in the first and last row; it repeats every turn.
-    angle : float
-        Crank angle [rad]; it must not lie on a row of the curve.
+    Returns its lift at crank angle 0 [m] and its slope [m/rad]. `curve` (n, 2) has crank angle [rad] and lift [m], 0 in
+    the first and last row; it repeats every turn. `angle` must not lie on a row of it.
 
-    Returns
-    -------
-    lift : float
-        Lift of the line at crank angle 0 [m].
-    slope : float
-        Slope of the line [m/rad].
-
-    Examples
-    --------
     A cam that lifts 8 mm over the first radian, one turn later:
 
     >>> curve = np.array([[0.0, 0.0], [1.0, 8e-3], [2.0, 0.0]])
@@ -396,27 +265,9 @@ def lift_line(curve: np.ndarray, angle: float) -> tuple[float, float]:
 
 
 def lift_crossings(curve: np.ndarray, lift: float) -> tuple[np.ndarray, np.ndarray]:
-    """Find the angles at which a cam's curve rises through a lift, and those at which it falls through it.
+    """Find the angles [rad] at which a cam's curve rises through a lift [m], and those at which it falls through it.
 
-    Parameters
-    ----------
-    curve : (n, 2) float array
-        Crank angle [rad], ascending, and lift [m]; linear between its rows.
-    lift : float
-        Lift that is crossed [m].
-
-    Returns
-    -------
-    rises : (j,) float array
-        Crank angles at which the lift rises through the given one [rad], ascending.
-    falls : (k,) float array
-        Crank angles at which the lift falls through the given one [rad], ascending.
-
-    Examples
-    --------
-    >>> rises, falls = lift_crossings(np.array([[0.0, 0.0], [1.0, 8e-3], [2.0, 0.0]]), 2e-3)
-    >>> rises.tolist(), falls.tolist()
-    ([0.25], [1.75])
+    Both are ascending. `curve` (n, 2) has crank angle [rad], ascending, and lift [m]; it is linear between its rows.
     """
     above = curve[:, 1] > lift
 
@@ -428,31 +279,10 @@ def lift_crossings(curve: np.ndarray, lift: float) -> tuple[np.ndarray, np.ndarr
 
 
 def cam_angles(cam: Cam, lap: float) -> tuple[float, float, float, float, float]:
-    """Find the angles at which a cam opens and closes the groove, and its highest lift.
+    """Find the angles [rad] at which a cam opens and closes the groove, and its highest lift [m].
 
-    Parameters
-    ----------
-    cam : Cam
-        Cam of the intake, with raised-cosine flanks and a lift, or with a lift curve.
-    lap : float
-        Lift at which the groove begins to open [m].
-
-    Returns
-    -------
-    opens, closes : float
-        Angles at which the lift rises and falls through the lap [rad]; NaN where it never does.
-    full_open, closed : float
-        Angles at which the lift reaches its peak, and zero again [rad].
-    peak : float
-        Highest lift [m].
-
-    Examples
-    --------
-    Without a lap the groove opens and closes at the ends of the cam's window:
-
-    >>> opens, closes, full_open, closed, peak = cam_angles(Cam(lift=9e-3), 0.0)
-    >>> [round(angle / DEGREE, 6) for angle in (opens, closes, full_open, closed)]
-    [-5.0, 70.0, 20.0, 70.0]
+    Returns where the lift rises and falls through the lap (NaN: never), where it reaches its peak and zero again, and
+    the peak. `lap` is the lift at which the groove begins to open [m].
     """
     curve = cam.lift_curve
     if not len(curve):
@@ -468,24 +298,8 @@ def cam_angles(cam: Cam, lap: float) -> tuple[float, float, float, float, float]
 def cam_corners(cam: Cam, knots: np.ndarray) -> np.ndarray:
     """Find the angles at which the groove's area under a cam has a corner, where a step of the march has to end.
 
-    These are the ends of the window and of its flanks, or the rows of a lift curve, and the crossings of the knots.
-
-    Parameters
-    ----------
-    cam : Cam
-        Cam of the intake, with raised-cosine flanks and a lift, or with a lift curve.
-    knots : (j,) float array
-        Lifts at which the groove's table of areas has a row [m].
-
-    Returns
-    -------
-    (n,) float array
-        Crank angles, in no order [rad].
-
-    Examples
-    --------
-    >>> (cam_corners(Cam(lift=9e-3), np.array([4.5e-3])) / DEGREE).round(6).tolist()
-    [-5.0, 20.0, 45.0, 70.0, 7.5, 57.5]
+    These (n,) [rad], in no order, are the ends of the window and of its flanks, or the rows of a lift curve, and the
+    crossings of `knots` (j,): the lifts at which the groove's table of areas has a row [m].
     """
     if len(cam.lift_curve):
         return np.concatenate(

@@ -31,20 +31,7 @@ class Engine(NamedTuple):
     friction: Friction = Friction()
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the engine's dimensions, beyond the ranges of their single keys.
-
-        Yields
-        ------
-        key, wrong, right : str
-            Key of the machine file, what is wrong with it, and what would be right.
-
-        Examples
-        --------
-        >>> list(Engine().faults())
-        []
-        >>> [wrong for key, wrong, right in Engine(rod_length=0.04).faults()]
-        ['the crank cannot turn']
-        """
+        """Find what is wrong with the engine's dimensions, beyond the ranges of single keys: key, wrong, right."""
         if self.rod_length <= 0.5 * self.stroke + abs(self.pin_offset):
             shortest = (0.5 * self.stroke + abs(self.pin_offset)) * 1e3
             yield (

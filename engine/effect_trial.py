@@ -37,17 +37,8 @@ CHANNELS = ("lift", "pressure_a", "pressure_b", "cylinder_pressure")
 def try_effect(one: OutsideEffect) -> None:
     """Fill each slot of an effect from outside with numbers of the default machine.
 
-    Parameters
-    ----------
-    one : OutsideEffect
+    Raises InputError with one fault: a slot cannot be computed or compiled, or does something while the effect is off.
 
-    Raises
-    ------
-    InputError
-        With one fault: a slot cannot be computed or compiled, or does something while the effect is off.
-
-    Examples
-    --------
     >>> from apesim.engine.effects.outside import load_effect
     >>> try_effect(load_effect("docs/examples/data/tapered_bore.py"))
     """
@@ -78,23 +69,7 @@ def _line(error: Exception) -> str:
 
 
 def strong(effect: Effect) -> Any:
-    """The parameters of an effect with each strength halfway between off and the farther end of its range.
-
-    Parameters
-    ----------
-    effect : apesim.effect.Effect
-
-    Returns
-    -------
-    NamedTuple
-        SI.
-
-    Examples
-    --------
-    >>> from apesim.valve.effects import side_force
-    >>> strong(side_force.EFFECT)
-    SideForce(force=-6.0)
-    """
+    """The parameters of an effect [SI] with each strength halfway between off and the farther end of its range."""
     values, declared = effect.parameters(), fields(effect.parameters)
     for name in effect.strengths or effect.parameters._fields[:1]:  # type: ignore[attr-defined]
         far = max(declared[name].ends, key=lambda end: abs(end - effect.off))
@@ -105,18 +80,7 @@ def strong(effect: Effect) -> Any:
 def sample_state(layer: str) -> Any:
     """What laws of a layer see of the default machine at an instant: of the valve, in the middle of a stroke.
 
-    Parameters
-    ----------
-    layer : {"valve", "engine"}
-
-    Returns
-    -------
-    apesim.valve.terms.ValveState or apesim.engine.cylinder.CylinderState
-
-    Examples
-    --------
-    >>> sample_state("valve").position
-    0.0045
+    `layer` is "valve" or "engine"; gives a `ValveState` or a `CylinderState`.
     """
     p, _, _ = cycle_of(Machine(), SPEED)
     y, _ = charged_at_rest(p)

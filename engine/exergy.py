@@ -305,20 +305,10 @@ def exergy_ledger(run: "SteadyRun", friction_work: float) -> dict[str, float]:
 
 
 def exergy_entering(terms: dict[str, float]) -> float:
-    """Sum the exergy that enters by a ledger, with the work that drives an engine which compresses.
+    """Sum the exergy [J] that enters by a ledger, with the work that drives an engine which compresses.
 
-    Parameters
-    ----------
-    terms : dict of str to float
-        `TERMS` by name [J].
+    `terms` are the `TERMS` by name [J].
 
-    Returns
-    -------
-    float
-        Exergy that enters [J].
-
-    Examples
-    --------
     >>> terms = {"engine_air": 700.0, "control_air": 80.0, "wall_heat": -5.0, "indicated_work": 200.0}
     >>> exergy_entering(terms)
     780.0

@@ -30,18 +30,6 @@ Left out is what is rarely known and has a usual value (friction, ramps, flanks)
 def select_first_keys(machine: Any) -> list[str]:
     """Select the keys of a short machine file: the first ones, and all others that are not as by default.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine that the file is to hold.
-
-    Returns
-    -------
-    list of str
-        Keys of the machine file.
-
-    Examples
-    --------
     >>> from apesim.engine.machine import Machine
     >>> keys = select_first_keys(Machine().with_(engine_intake="cam"))
     >>> len(keys), keys[-1]

@@ -101,20 +101,7 @@ COUNTS = ("period_cycles", "cycles")
 def is_adiabatic(machine: Machine) -> bool:
     """Tell whether no effect of a machine can bring heat from the walls to the air of its cylinder.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine with its effects. One from outside that acts on the engine may bring heat.
-
-    Returns
-    -------
-    bool
-        Whether its cold temperatures are an adiabatic limit.
-
-    Examples
-    --------
-    >>> is_adiabatic(Machine()), is_adiabatic(Machine().with_(effects_cylinder_wall_heat_h="200 W/(m^2 K)"))
-    (True, False)
+    Its cold temperatures are an adiabatic limit then. An effect from outside that acts on the engine may bring heat.
     """
     return not any(
         effect.is_on(getattr(machine.effects, effect.name))
@@ -124,44 +111,16 @@ def is_adiabatic(machine: Machine) -> bool:
 
 
 def ratio(numerator: float, denominator: float) -> float:
-    """Quotient of two numbers, NaN where the denominator is not positive.
-
-    Parameters
-    ----------
-    numerator, denominator : float
-        Numbers in units that fit.
-
-    Returns
-    -------
-    float
-        Numerator over denominator, or NaN.
-
-    Examples
-    --------
-    >>> ratio(3.0, 2.0), ratio(3.0, -2.0)
-    (1.5, nan)
-    """
+    """Quotient of two numbers, NaN where the denominator is not positive."""
     return numerator / denominator if denominator > 0.0 else nan
 
 
 def valve_angles(machine: Machine, run: SteadyRun) -> dict[str, float]:
     """Find the true opening and closing of the intake, and how hard the valve lands.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine of the run.
-    run : apesim.engine.steady.SteadyRun
-        Operating point.
+    By name: ``valve_open_deg``, ``valve_close_deg``, ``full_open_deg``, ``closed_deg`` [deg], ``peak_lift_m`` [m], the
+    seating speeds [m/s] and fluctuations. NaN where the intake never comes to it.
 
-    Returns
-    -------
-    dict of str to float
-        ``valve_open_deg``, ``valve_close_deg``, ``full_open_deg``, ``closed_deg`` [deg], ``peak_lift_m`` [m], the
-        seating speeds [m/s] and fluctuations. NaN where the intake never comes to it.
-
-    Examples
-    --------
     The ideal valve opens and closes at the intended angles:
 
     >>> from apesim.engine.machine import Machine
@@ -194,26 +153,11 @@ def valve_angles(machine: Machine, run: SteadyRun) -> dict[str, float]:
 
 
 def valve_motion(machine: Machine, run: SteadyRun) -> tuple[Stroke, Stroke, float, float]:
-    """Find both strokes of the electro-pneumatic valve, and when its lift crosses the lap.
+    """Find both strokes of the electro-pneumatic valve, and when its lift rises and falls through the lap [s].
 
-    Times are counted from the energising. They are later than a cycle where the valve moves into the next cycle.
+    NaN: never. Times are counted from the energising. They are later than a cycle where the valve moves into the next
+    cycle.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine of the run.
-    run : apesim.engine.steady.SteadyRun
-        Operating point.
-
-    Returns
-    -------
-    opening, closing : apesim.valve.measures.Stroke
-        Strokes of the valve.
-    opened, shut : float
-        Times at which the lift rises and falls through the lap [s]; NaN: never.
-
-    Examples
-    --------
     >>> from apesim.engine.machine import Machine
     >>> from apesim.engine.steady import run_steady
     >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
@@ -233,28 +177,7 @@ def valve_motion(machine: Machine, run: SteadyRun) -> tuple[Stroke, Stroke, floa
 
 
 def valve_travel(machine: Machine, run: SteadyRun) -> Travel:
-    """Find which of its stops the piston of the electro-pneumatic valve meets in a cycle.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine of the run.
-    run : apesim.engine.steady.SteadyRun
-        Operating point.
-
-    Returns
-    -------
-    apesim.valve.measures.Travel
-        Whether the valve opens and closes fully, or what it does instead.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.engine.steady import run_steady
-    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
-    >>> valve_travel(Machine(), run).name
-    'COMPLETE'
-    """
+    """Find which of its stops the piston of the electro-pneumatic valve meets in a cycle."""
     opening, closing, *_ = valve_motion(machine, run)
     return travel_of(run.log, run.orbit.mode[PHASE], opening, closing)
 
@@ -277,25 +200,9 @@ def _no_strokes() -> dict[str, float]:
 
 
 def peak_pressure(run: SteadyRun) -> float:
-    """Find the highest cylinder pressure of a cycle, over its located extrema and the ends of all smooth segments.
+    """Find the highest cylinder pressure [Pa abs] of a cycle.
 
-    Parameters
-    ----------
-    run : apesim.engine.steady.SteadyRun
-        Operating point.
-
-    Returns
-    -------
-    float
-        Highest cylinder pressure [Pa abs].
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.engine.steady import run_steady
-    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
-    >>> print(round(peak_pressure(run) / 1e6, 3), "MPa")
-    0.847 MPa
+    Its located extrema and the ends of all smooth segments are used.
     """
     gas, log = run.cycle.actuator.gas, run.log
     pressures = []
@@ -306,22 +213,10 @@ def peak_pressure(run: SteadyRun) -> float:
 
 
 def receiver_range(run: SteadyRun) -> float:
-    """Find how far the receiver's pressure swings in a cycle, highest less lowest.
+    """Find how far the receiver's pressure swings in a cycle, highest less lowest [Pa].
 
-    Located extrema and the ends of all smooth segments are used.
+    Located extrema and the ends of all smooth segments are used; 0 where the receiver is infinite.
 
-    Parameters
-    ----------
-    run : apesim.engine.steady.SteadyRun
-        Operating point.
-
-    Returns
-    -------
-    float
-        Highest less lowest pressure in the receiver [Pa]; 0 where the receiver is infinite.
-
-    Examples
-    --------
     >>> from apesim.engine.machine import Machine
     >>> from apesim.engine.steady import run_steady
     >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
@@ -341,20 +236,10 @@ def _located_states(run: SteadyRun) -> list[Any]:
 
 
 def lowest_temperature(run: SteadyRun) -> float:
-    """Find the lowest cylinder temperature of a cycle, over its located extrema and the ends of all smooth segments.
+    """Find the lowest cylinder temperature [K] of a cycle.
 
-    Parameters
-    ----------
-    run : apesim.engine.steady.SteadyRun
-        Operating point.
+    Its located extrema and the ends of all smooth segments are used.
 
-    Returns
-    -------
-    float
-        Lowest cylinder temperature [K].
-
-    Examples
-    --------
     >>> from apesim.engine.machine import Machine
     >>> from apesim.engine.steady import run_steady
     >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
@@ -405,22 +290,10 @@ def exhaust_temperature(run: SteadyRun) -> float:
 
 
 def friction_pressure(run: SteadyRun, peak: float) -> float:
-    """Friction mean effective pressure of a run, by the correlation of Chen and Flynn (SAE 650733).
+    """Friction mean effective pressure [Pa] of a run, by the correlation of Chen and Flynn (SAE 650733).
 
-    Parameters
-    ----------
-    run : apesim.engine.steady.SteadyRun
-        Operating point.
-    peak : float
-        Highest cylinder pressure of the cycle [Pa abs].
+    `peak` is the highest cylinder pressure of the cycle [Pa abs].
 
-    Returns
-    -------
-    float
-        Friction mean effective pressure [Pa].
-
-    Examples
-    --------
     At 10 bar and a mean piston speed of 0.088 m * 100 rad/s/pi = 2.80 m/s:
 
     >>> from apesim.engine.machine import Machine

@@ -28,18 +28,7 @@ EXAMPLE = '"valve.stroke" = "0.05 mm"'
 
 @cache
 def list_leaves() -> dict[str, Leaf]:
-    """List the numbers of a machine file of which it can be said how far they are known.
-
-    Returns
-    -------
-    dict of str to apesim.quantities.trees.Leaf
-        By the key of the machine file.
-
-    Examples
-    --------
-    >>> "valve.stroke" in list_leaves(), "engine.intake" in list_leaves()
-    (True, False)
-    """
+    """List the numbers of a machine file of which it can be said how far they are known, by key."""
     return {
         key: leaf
         for key, leaf in _list_all_leaves().items()
@@ -54,22 +43,7 @@ def _list_all_leaves() -> dict[str, Leaf]:
 
 
 def name_key(key: str) -> str:
-    """Name a number as the table does: a sensor's gain and offset by the sensor.
-
-    Parameters
-    ----------
-    key : str
-        Key of the machine file.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> name_key("valve.stroke"), name_key("effects.sensor_gain.lift")
-    ('valve.stroke', 'sensor.lift.gain')
-    """
+    """Name a number of the machine file as the table ``[known_to]`` does: a sensor's gain and offset by the sensor."""
     for start, name in ((GAIN, "gain"), (OFFSET, "offset")):
         if key.startswith(start):
             return f"sensor.{key.removeprefix(start)}.{name}"
@@ -77,22 +51,10 @@ def name_key(key: str) -> str:
 
 
 def read_known_to(table: Any) -> tuple[dict[str, Uncertainty], list[tuple[str, InvalidValue]]]:
-    """Read a table ``[known_to]``.
+    """Read a table ``[known_to]``: the standard deviations by key of the machine file, and the faults.
 
-    Parameters
-    ----------
-    table : object
-        Its contents: standard deviations by key, the dots of a key in quotes or not.
+    The dots of a key are in quotes or not. A fault is the key as the table has it, and what is wrong with it.
 
-    Returns
-    -------
-    known_to : dict of str to apesim.quantities.uncertainties.Uncertainty
-        By the key of the machine file.
-    faults : list of tuple
-        Key as the table has it, and what is wrong with it.
-
-    Examples
-    --------
     >>> known_to, faults = read_known_to({"valve.stroke": "1 %", "sensor.lift.gain": "0.2 %", "valve.strok": "1 %"})
     >>> known_to["valve.stroke"], known_to["effects.sensor_gain.lift"]
     (Uncertainty(deviation=0.01, is_share=True), Uncertainty(deviation=0.002, is_share=False))
@@ -105,30 +67,11 @@ def read_known_to(table: Any) -> tuple[dict[str, Uncertainty], list[tuple[str, I
 def read_deviations(
     table: Any, right: str, keys: Iterable[str], find_unknown: Callable[[str, Mapping[str, str]], InvalidValue]
 ) -> tuple[dict[str, Uncertainty], list[tuple[str, InvalidValue]]]:
-    """Read a table of standard deviations of numbers of a machine file.
+    """Read a table of standard deviations of numbers of a machine file: these by key, and the faults.
 
-    Parameters
-    ----------
-    table : object
-        Its contents: standard deviations by key, the dots of a key in quotes or not.
-    right : str
-        What to write where it is no table.
-    keys : iterable of str
-        Keys of the machine file that it takes.
-    find_unknown : function
-        Finds what is wrong with another key, from it and from the right ones by their names.
-
-    Returns
-    -------
-    deviations : dict of str to apesim.quantities.uncertainties.Uncertainty
-        By the key of the machine file.
-    faults : list of tuple
-        Key as the table has it, and what is wrong with it.
-
-    Examples
-    --------
-    >>> read_deviations({"valve": {"stroke": "1 %"}}, "write [known_to]", ["valve.stroke"], _find_unknown)
-    ({'valve.stroke': Uncertainty(deviation=0.01, is_share=True)}, [])
+    The dots of a key are in quotes or not; `right` says what to write where `table` is no table. `keys` are those that
+    it takes; `find_unknown` finds what is wrong with another key, from it and from the right ones by their names. A
+    fault is the key as the table has it, and what is wrong with it.
     """
     if not isinstance(table, Mapping):
         return {}, [("", InvalidValue(f"{quoted(table)} is no table", right))]
@@ -180,20 +123,8 @@ def _find_unknown(name: str, named: Mapping[str, str]) -> InvalidValue:
 
 
 def format_known_to(key: str, uncertainty: Uncertainty) -> str:
-    """Write how far a number is known, as the table has it.
+    """Write how far a number, by its key of the machine file, is known, as the table has it.
 
-    Parameters
-    ----------
-    key : str
-        Key of the machine file.
-    uncertainty : apesim.quantities.uncertainties.Uncertainty
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> format_known_to("effects.sensor_gain.lift", Uncertainty(2e-3))
     '0.2 %'
     """
@@ -206,11 +137,7 @@ class KnownTo(Declaration):
     """Standard deviations within which numbers of the machine are known; inside pairs of key and `Uncertainty`.
 
     Nothing that is simulated reads them: they say what the search for a missing effect may move, and by how much.
-
-    Parameters
-    ----------
-    source : str
-        Where such numbers come from.
+    `source` says where such numbers come from.
     """
 
     source: str
@@ -230,31 +157,9 @@ class KnownTo(Declaration):
     def read(
         self, raw: Any, ambient_pressure: float | None = None, folder: Any = None
     ) -> tuple[tuple[str, Uncertainty], ...]:
-        """Return the pairs of a table.
+        """Return the pairs of key and `Uncertainty` of a table, see `read_known_to`; the other arguments are unused.
 
-        Parameters
-        ----------
-        raw : mapping of str to str
-            Standard deviations by key, see `read_known_to`.
-        ambient_pressure : float, optional
-            Unused.
-        folder : path, optional
-            Unused.
-
-        Returns
-        -------
-        tuple of tuple
-            Key of the machine file, and its `apesim.quantities.uncertainties.Uncertainty`.
-
-        Raises
-        ------
-        InvalidValue
-            Its ``parts`` have every fault.
-
-        Examples
-        --------
-        >>> KnownTo("a drawing").read({"valve.stroke": "1 %"})
-        (('valve.stroke', Uncertainty(deviation=0.01, is_share=True)),)
+        Raises InvalidValue whose ``parts`` have every fault.
         """
         known_to, faults = read_known_to(raw)
         if faults:
@@ -267,21 +172,9 @@ class KnownTo(Declaration):
         return value if isinstance(value, tuple) else tuple(value)
 
     def check(self, value: Any) -> None:
-        """Refuse pairs, made in Python, that no table could have given.
+        """Refuse pairs, made in Python, that no table could have given: raises InvalidValue.
 
-        Parameters
-        ----------
-        value : tuple of tuple
-            See `read`.
-
-        Raises
-        ------
-        InvalidValue
-            They are no pairs, or the text of one is refused.
-
-        Examples
-        --------
-        >>> KnownTo("a drawing").check((("valve.stroke", Uncertainty(5e-5)),))
+        They are no pairs, or the text of one is refused.
         """
         try:
             self.read({name_key(key): format_known_to(key, Uncertainty(*pair)) for key, pair in value})
@@ -294,66 +187,17 @@ class KnownTo(Declaration):
     def render(
         self, value: tuple[tuple[str, Uncertainty], ...], ambient_pressure: float | None = None
     ) -> dict[str, str] | str:
-        """Return the table that reads back as pairs.
-
-        Parameters
-        ----------
-        value : tuple of tuple
-            See `read`.
-        ambient_pressure : float, optional
-            Unused.
-
-        Returns
-        -------
-        dict of str to str, or str
-            Texts by key; "" for none.
-
-        Examples
-        --------
-        >>> KnownTo("a drawing").render((("effects.sensor_gain.lift", Uncertainty(2e-3)),))
-        {'sensor.lift.gain': '0.2 %'}
-        """
+        """Return the table of texts by key that reads back as pairs; "" for none. `ambient_pressure` is unused."""
         return {name_key(key): format_known_to(key, pair) for key, pair in value} or ""
 
     def example(self, value: Any, ambient_pressure: float | None = None) -> str:
-        """Return a right form for a message.
-
-        Parameters
-        ----------
-        value : object
-            Unused.
-        ambient_pressure : float, optional
-            Unused.
-
-        Returns
-        -------
-        str
-
-        Examples
-        --------
-        >>> KnownTo("a drawing").example(())
-        'write [known_to] and "valve.stroke" = "0.05 mm"'
-        """
+        """Return a right form for a message; the arguments are unused."""
         return f"write [{KNOWN_TO}] and {EXAMPLE}"
 
 
 def find_odd_share(machine: Any, key: str, uncertainty: Uncertainty) -> tuple[str, str] | None:
-    """Find whether a machine has no such number, or one of which no share can be taken.
+    """Find whether a machine has no such number, or one of which no share can be taken: wrong, right; None if neither.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    key : str
-        Key of the machine file.
-    uncertainty : apesim.quantities.uncertainties.Uncertainty
-
-    Returns
-    -------
-    tuple of str or None
-        What is wrong, and what would be right; None where nothing is.
-
-    Examples
-    --------
     >>> from apesim.engine.machine import Machine
     >>> find_odd_share(Machine(), "valve.solenoid.release_dead_time", Uncertainty(1e-4))
     ('the machine gives it no value', 'give it one, or leave it out here')
@@ -373,19 +217,8 @@ def find_odd_share(machine: Any, key: str, uncertainty: Uncertainty) -> tuple[st
 
 
 def find_odd_shares(machine: Any) -> Iterator[tuple[str, str, str]]:
-    """Find what a machine states of numbers that it does not have, or of which no share can be taken.
+    """Find what a machine states of numbers that it lacks, or of which no share can be taken: key, wrong, right.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Yields
-    ------
-    key, wrong, right : str
-        Key of the machine file, what is wrong with it, and what would be right.
-
-    Examples
-    --------
     >>> from apesim.engine.machine import Machine
     >>> machine = Machine(known_to=(("engine.pin_offset", Uncertainty(0.01, is_share=True)),))
     >>> list(find_odd_shares(machine))

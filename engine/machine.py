@@ -25,22 +25,10 @@ from apesim.valve.supply import Supply
 
 
 def window_fault(early: str, late: str, angles: tuple[float, float]) -> tuple[str, str] | None:
-    """Find what is wrong with a window of the crank.
+    """Find what is wrong with a window of the crank: wrong, right; None where nothing is.
 
-    Parameters
-    ----------
-    early, late : str
-        Names of the window's ends.
-    angles : tuple of float
-        Crank angles of both ends [rad].
+    `early` and `late` name its ends, `angles` are their crank angles [rad].
 
-    Returns
-    -------
-    tuple of str or None
-        What is wrong, and what would be right; None where nothing is.
-
-    Examples
-    --------
     >>> window_fault("energise", "release", (0.0, 1.0)) is None
     True
     >>> wrong, right = window_fault("energise", "release", (1.0, 1.0))
@@ -64,20 +52,7 @@ class Command(NamedTuple):
     close_target: Annotated[float, Quantity("deg", -360, 720, "chosen: the intended closing")] = 70.0 * DEGREE
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the command, beyond the ranges of its single keys.
-
-        Yields
-        ------
-        key, wrong, right : str
-            Key of the machine file, what is wrong with it, and what would be right.
-
-        Examples
-        --------
-        >>> list(Command().faults())
-        []
-        >>> [key for key, wrong, right in Command(energise=1.0, release=0.5).faults()]
-        ['release']
-        """
+        """Find what is wrong with the command, beyond the ranges of its single keys: key, wrong, right."""
         for early, late in (("energise", "release"), ("open_target", "close_target")):
             if fault := window_fault(early, late, (getattr(self, early), getattr(self, late))):
                 yield late, *fault

@@ -43,28 +43,9 @@ LAYERS = {"valve": VALVE_LIBRARY, "engine": ENGINE_LIBRARY}
 def load_machine(path: str | PathLike[str] | None = None, assignments: Iterable[str] = ()) -> Machine:
     """The machine of a machine file and of settings, with the effects from outside that they name.
 
-    Parameters
-    ----------
-    path : path, optional
-        Without one, the defaults hold. Its ``[effects] files`` are loaded: their code runs.
-    assignments : iterable of str
-        See `apesim.quantities.settings.load`; ``effects.files=PATH`` names one file more.
-
-    Returns
-    -------
-    Machine
-        With what installed packages offer, too; of the class `Machine` itself where there are no effects from outside.
-
-    Raises
-    ------
-    InputError
-        With every fault.
-
-    Examples
-    --------
-    >>> named = "effects.files=docs/examples/data/tapered_bore.py"
-    >>> load_machine(None, [named, "effects.tapered_bore.friction=60 N s/m"]).effects.tapered_bore
-    TaperedBore(friction=60.0)
+    Without a file, the defaults hold. Its ``[effects] files`` are loaded: their code runs; ``effects.files=PATH`` in
+    `assignments`, see `apesim.quantities.settings.load`, names one file more. What installed packages offer is there,
+    too; without effects from outside the machine is of the class `Machine` itself. Raises InputError with every fault.
     """
     data = {} if path is None else toml_of(path)
     rest, named = [], []
@@ -128,39 +109,13 @@ class OutsideFile(NamedTuple):
 
 
 def outside_effects_of(machine: Machine) -> tuple[OutsideEffect, ...]:
-    """The effects from outside that a machine may have on.
-
-    Parameters
-    ----------
-    machine : Machine
-
-    Returns
-    -------
-    tuple of OutsideEffect
-        None of them where the machine is of the class `Machine` itself.
-
-    Examples
-    --------
-    >>> outside_effects_of(Machine())
-    ()
-    """
+    """The effects from outside that a machine may have on; none where it is of the class `Machine` itself."""
     return getattr(machine, "outside_effects", ())
 
 
 def switched_on(machine: Machine, one: OutsideEffect) -> Machine:
     """A machine with one of its effects from outside on, at half of its range: to compile what it needs.
 
-    Parameters
-    ----------
-    machine : Machine
-    one : OutsideEffect
-
-    Returns
-    -------
-    Machine
-
-    Examples
-    --------
     >>> machine = Machine().with_effects("docs/examples/data/tapered_bore.py")
     >>> switched_on(machine, machine.outside_effects[0]).effects.tapered_bore
     TaperedBore(friction=100.0)
@@ -171,27 +126,10 @@ def switched_on(machine: Machine, one: OutsideEffect) -> Machine:
 def with_effects(machine: Machine, *given: Effect | str | PathLike[str]) -> Machine:
     """A machine that has effects from outside besides its own, all of them off.
 
-    Parameters
-    ----------
-    machine : Machine
-    *given : apesim.effect.Effect or path
-        Files, or effects that stand in files: their code runs.
-
-    Returns
-    -------
-    Machine
-        Of another class, with the parameters of the effects in its section ``effects``.
-
-    Raises
-    ------
-    InputError
-        See `apesim.engine.effects.outside.load_effect`; or an effect stands in no file, so that no other process could
-        find it.
-
-    Examples
-    --------
-    >>> with_effects(Machine(), "docs/examples/data/tapered_bore.py").effects.tapered_bore
-    TaperedBore(friction=0.0)
+    `given` are files, or effects that stand in files: their code runs. The machine is of another class, with the
+    parameters of the effects in its section ``effects``. Raises InputError as
+    `apesim.engine.effects.outside.load_effect` does, and where an effect stands in no file, so that no other process
+    could find it.
     """
     found = [loaded_effect(one) if isinstance(one, Effect) else load_effect(one) for one in given]
     cls = machine_class([*outside_effects_of(machine), *found])
@@ -202,24 +140,8 @@ def with_effects(machine: Machine, *given: Effect | str | PathLike[str]) -> Mach
 def machine_class(outside: Iterable[OutsideEffect]) -> type[Machine]:
     """The class of machines with effects from outside; `Machine` itself where there are none.
 
-    Parameters
-    ----------
-    outside : iterable of OutsideEffect
-        A file that is there twice counts once.
-
-    Returns
-    -------
-    type
-
-    Raises
-    ------
-    InputError
-        Two files have effects of one name, or an effect fails its trial, see `apesim.engine.effect_trial`.
-
-    Examples
-    --------
-    >>> machine_class([]) is Machine
-    True
+    A file that is there twice counts once. Raises InputError where two files have effects of one name, or an effect
+    fails its trial, see `apesim.engine.effect_trial`.
     """
     given = tuple({one.sha256: one for one in outside}.values())
     if not given:
@@ -326,16 +248,8 @@ def _crowded(effects: Any) -> Iterator[tuple[str, str]]:
 def _stated(effects: Any, folder: str | Path | None) -> list[str]:
     """Lines of a machine file that name the files of effects from outside.
 
-    Parameters
-    ----------
-    effects : NamedTuple
-    folder : path or None
-        That the machine file is to stand in; None: what is written is a record, with the name of each file and the hash
-        of its content.
-
-    Returns
-    -------
-    list of str
+    The machine file is to stand in `folder`; None: what is written is a record, with the name of each file and the hash
+    of its content.
     """
     outside: tuple[OutsideEffect, ...] = effects.outside_effects
     if folder is None:
@@ -384,23 +298,8 @@ def _restored_machine(*sections: Any) -> Machine:
 def _restored_effects(files: tuple, own: tuple, outside: tuple) -> Any:
     """The section ``effects`` of a machine from a pickle; the files are loaded if they are not yet.
 
-    Parameters
-    ----------
-    files : tuple of (str, str)
-        Path and hash of each.
-    own : tuple of NamedTuple
-        Parameters of our effects.
-    outside : tuple of tuple
-        Values of the parameters of those from outside.
-
-    Returns
-    -------
-    NamedTuple
-
-    Raises
-    ------
-    InputError
-        A file is not there any more, or was edited.
+    `files` are pairs of path and hash, `own` the parameters of our effects, `outside` the values of the parameters of
+    those from outside. Raises InputError where a file is not there any more, or was edited.
     """
     found = [load_again(Path(path), sha256) for path, sha256 in files]
     cls = type(machine_class(found)().effects)

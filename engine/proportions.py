@@ -67,20 +67,8 @@ LIFT_OF_CAM, STROKE_OF_VALVE = "engine.cam.lift", "valve.stroke"
 def find_unscaled(machine: Any) -> Iterator[Unscaled]:
     """Find the numbers that are still the default machine's, though a dimension that they belong to is not.
 
-    Keys that have no effect are left out, and those of the valve where another intake is at work.
+    See `PROPORTIONS`. Keys that have no effect are left out, and those of the valve where another intake is at work.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine to look at.
-
-    Yields
-    ------
-    Unscaled
-        One number, see `PROPORTIONS`.
-
-    Examples
-    --------
     >>> from apesim.engine.machine import Machine
     >>> [row.key for row in find_unscaled(Machine().with_(engine_stroke="60 mm"))][:2]
     ['groove.effective_area', 'engine.rod_length']

@@ -80,38 +80,14 @@ def run_steady(
 ) -> SteadyRun:
     """March an operating point to its periodic steady state, and through one more cycle that is recorded.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine, its effects included.
-    speed : float
-        Speed of the crank [rad/s], above 0.
-    tolerance : float
-        Relative tolerance of a step.
-    angle_step : float
-        Angle between two rows of the trace [rad].
-    max_cycles : int
-        Largest number of cycles.
-    periodic_tolerance : float
-        Largest relative change of a state over a cycle that counts as periodic.
-    trace_start : float
-        Angle of the first row of the trace, from the energising [rad].
-    angles : (n,) float array, optional
-        Crank angles of the rows of the trace, ascending within the turn from the energising [rad]; in place of
-        `angle_step` and `trace_start`.
-    start : apesim.march.periodic.Known, optional
-        Periodic state of a similar machine to start from, see `known_state`; else the engine starts at rest, charged.
-    estimate_error : bool
-        Whether to march one more cycle, at tenfold tolerance for the changes of work and air, and to take the exergy
-        ledger with the recorded one, whose steps hold it to the tolerance, too. Without it these are NaN.
+    `speed` of the crank [rad/s] is above 0, `tolerance` the relative one of a step, `periodic_tolerance` the largest
+    relative change of a state over a cycle that counts as periodic. The rows of the trace are `angle_step` [rad] apart
+    from `trace_start` [rad] on, counted from the energising, or at `angles` (n,) [rad], ascending within the turn from
+    the energising. `start` is the periodic state of a similar machine, see `known_state`; else the engine starts at
+    rest, charged. With `estimate_error` one more cycle is marched, at tenfold tolerance, for the changes of work and
+    air, and the exergy ledger is taken with the recorded one, whose steps hold it to the tolerance, too; without it
+    these are NaN. Whether the cycle is periodic stands in `orbit`, whether it came to its end in `status`.
 
-    Returns
-    -------
-    SteadyRun
-        The recorded cycle. Whether it is periodic stands in its `orbit`, whether it came to its end in its `status`.
-
-    Examples
-    --------
     The first cycle of the default machine from rest:
 
     >>> run = run_steady(Machine(), speed=100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
@@ -186,25 +162,7 @@ def run_steady(
 def known_state(machine: Machine, speed: float) -> Known | None:
     """Find the periodic state of an operating point, from which those of similar machines take few cycles.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine, its effects included.
-    speed : float
-        Speed of the crank [rad/s], above 0.
-
-    Returns
-    -------
-    apesim.march.periodic.Known or None
-        Periodic state, and how to come to others; None where the machine does not settle to a period of one cycle.
-
-    Examples
-    --------
-    The same point, started from its own periodic state, takes a few cycles only (a whole march, for compiled code):
-
-    >>> known = known_state(Machine(), speed=100.0)  # doctest: +SKIP
-    >>> run_steady(Machine(), speed=100.0, start=known).orbit.cycles < 5  # doctest: +SKIP
-    True
+    `speed` of the crank [rad/s] is above 0. None where the machine does not settle to a period of one cycle.
     """
     p, tables, breakpoints = cycle_of(machine, speed)
     accuracy = accuracy_at(p)
@@ -215,24 +173,10 @@ def known_state(machine: Machine, speed: float) -> Known | None:
 def carry_over(known: Known, machine: Machine, other: Machine) -> Known:
     """Move a known state to a machine with other volumes of gas before its flows, at the pressures that they have.
 
-    Its correction is rough where a volume differs: a step from it may grow as long as what a cycle gains falls.
+    `machine` is the one that the state is of, `other` has the same volumes on, in other sizes: piston and modes stay,
+    the air is more or less in proportion. Its correction is rough where a volume differs: a step from it may grow as
+    long as what a cycle gains falls.
 
-    Parameters
-    ----------
-    known : apesim.march.periodic.Known
-        Periodic state, see `known_state`.
-    machine : apesim.engine.machine.Machine
-        Machine that it is of.
-    other : apesim.engine.machine.Machine
-        Machine with the same volumes on, in other sizes.
-
-    Returns
-    -------
-    apesim.march.periodic.Known
-        The same piston and modes, with more or less air in proportion.
-
-    Examples
-    --------
     >>> from apesim.valve.effects.supply_droop import SupplyDroop
     >>> effects = Machine().effects
     >>> small, large = (

@@ -75,31 +75,10 @@ TOLERANCE_TEXT = (
 
 
 def judge_point(machine: Machine, run: SteadyRun, values: dict[str, Any]) -> dict[EngineWarning, str]:
-    """Find what a user should know of an operating point.
+    """Find what a user should know of an operating point whose march did not end early.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine of the run.
-    run : apesim.engine.steady.SteadyRun
-        Operating point whose march did not end early.
-    values : dict of str to float or int
-        Its indicators, see `apesim.engine.indicators.indicators`.
-
-    Returns
-    -------
-    dict of EngineWarning to str
-        Text of each warning: what is the matter, and what to change.
-
-    Examples
-    --------
-    After a single cycle the state does not repeat yet:
-
-    >>> from apesim.engine.indicators import indicators
-    >>> from apesim.engine.steady import run_steady
-    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1)
-    >>> EngineWarning.NOT_PERIODIC in judge_point(Machine(), run, indicators(Machine(), run))
-    True
+    Each text says what is the matter, and what to change. `values` are its indicators, see
+    `apesim.engine.indicators.indicators`.
     """
     warnings = _judge_orbit(run.orbit)
     if values["brake_torque_Nm"] <= 0.0:

@@ -62,17 +62,7 @@ def _interrupt(*_: object) -> None:
 
 
 def main() -> NoReturn:
-    r"""Run the command line `apesim` on the arguments of the process, and end the process with its exit code.
-
-    Examples
-    --------
-    >>> import subprocess
-    >>> code = "from apesim.studies.cli import main; main()"
-    >>> command = [sys.executable, "-c", code, "machine", "--set", "engine.boar=90 mm"]
-    >>> ended = subprocess.run(command, capture_output=True, text=True)
-    >>> ended.returncode, ended.stderr
-    (2, '--set: engine.boar: unknown key; did you mean engine.bore?\n')
-    """
+    r"""Run the command line `apesim` on the arguments of the process, and end the process with its exit code."""
     # A fifth of the start would be the collector's, which finds nothing among what is imported.
     gc.set_threshold(100_000, 20, 20)
     # Matrices are small here: several threads only wait for one another.

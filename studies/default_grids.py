@@ -20,24 +20,10 @@ PULSE = "50 ms"
 
 
 def pressures_around(machine: "Machine", own: float, shares: tuple[float, ...]) -> list[float]:
-    """List pressures around one of a machine's own.
+    """List pressures [Pa abs], ascending, at shares of the gauge pressure of one of a machine's own [Pa abs].
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine above whose ambient pressure the shares are taken.
-    own : float
-        Its own pressure, of supply or control air [Pa abs].
-    shares : tuple of float
-        Shares of its gauge pressure.
+    It is the machine's own alone where that does not stand above the ambient pressure.
 
-    Returns
-    -------
-    list of float
-        Pressures [Pa abs], ascending; its own alone where it does not stand above the ambient pressure.
-
-    Examples
-    --------
     >>> import apesim
     >>> machine = apesim.Machine()
     >>> pressures_around(machine, machine.supply.pressure, SUPPLY_SHARES)
@@ -50,22 +36,5 @@ def pressures_around(machine: "Machine", own: float, shares: tuple[float, ...]) 
 
 
 def temperatures_around(machine: "Machine") -> list[float]:
-    """List a cold, the machine's own and a warm temperature of the supply.
-
-    Parameters
-    ----------
-    machine : Machine
-        Machine with the supply.
-
-    Returns
-    -------
-    list of float
-        Temperatures [K], ascending.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> temperatures_around(apesim.Machine())
-    [250.0, 287.0, 322.0]
-    """
+    """List a cold, the machine's own and a warm temperature of the supply [K], ascending."""
     return sorted({COLD, machine.supply.temperature, WARM})

@@ -73,18 +73,7 @@ class SelfTest(NamedTuple):
 
 
 def run_self_test() -> Iterator[SelfTest]:
-    """Compute the references of the embedded machine again.
-
-    Yields
-    ------
-    SelfTest
-        Outcome of each number, in the order of `REFERENCES`.
-
-    Examples
-    --------
-    >>> [outcome.passed for outcome in run_self_test()]
-    [True, True]
-    """
+    """Compute the references of the embedded machine again, and yield each outcome in the order of `REFERENCES`."""
     for name, value, unit, compute in REFERENCES:
         computed = compute(Machine())
         deviation = (computed - value) / value
@@ -110,17 +99,7 @@ KINDS = tuple(f"{layer}{effects}" for layer in MARCHES for effects in ("", EFFEC
 
 
 def compile_march(kind: str) -> None:
-    """Compile a march, or load it from the cache.
-
-    Parameters
-    ----------
-    kind : str
-        One of `KINDS`.
-
-    Examples
-    --------
-    >>> compile_march("valve")
-    """
+    """Compile a march of one of `KINDS`, or load it from the cache."""
     machine = Machine()
     if kind.endswith(EFFECTS):  # any effect: the laws of all are compiled in with it
         machine = with_value(machine, "effects.side_force.force", 1.0)
@@ -128,18 +107,7 @@ def compile_march(kind: str) -> None:
 
 
 def missing_kinds() -> list[str]:
-    """Return the kinds of march that have to be compiled yet.
-
-    Returns
-    -------
-    list of str
-        Those of `KINDS` that the cache does not hold.
-
-    Examples
-    --------
-    >>> set(missing_kinds()) <= set(KINDS)
-    True
-    """
+    """Return those of `KINDS` of march that the cache does not hold, which have to be compiled yet."""
     kept = kept_kinds(march)
     return [kind for kind in KINDS if kind not in kept]
 
@@ -147,17 +115,9 @@ def missing_kinds() -> list[str]:
 def describe_installation() -> dict[str, Any]:
     """Describe what apesim runs on, and what its cache holds.
 
-    Returns
-    -------
-    dict
-        ``versions`` by package, ``platform``, ``processor``, ``cores``, ``free_memory_B`` (None where the system does
-        not tell it), and ``cache`` with its ``folder``, ``size_B`` and ``kinds``: whether each kind of march is
-        compiled, and the seconds that it took last time.
-
-    Examples
-    --------
-    >>> list(describe_installation())
-    ['versions', 'platform', 'processor', 'cores', 'free_memory_B', 'cache']
+    Keys are ``versions`` by package, ``platform``, ``processor``, ``cores``, ``free_memory_B`` (None where the system
+    does not tell it), and ``cache`` with its ``folder``, ``size_B`` and ``kinds``: whether each kind of march is
+    compiled, and the seconds that it took last time.
     """
     versions = {package: version_of(package) for package in (*PACKAGES, "matplotlib")}
     folder, times, missing, memory = cache_folder(), compile_times(), missing_kinds(), available_memory()

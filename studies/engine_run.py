@@ -254,27 +254,8 @@ def run_engine(machine: Machine, speed: WithUnit) -> EngineRun:
 def compute_point(machine: Machine, speed: float) -> tuple[SteadyRun, dict[str, Any], list[str]]:
     """March one operating point to its periodic state, and find its indicators and what to know of them.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine to run.
-    speed : float
-        Speed of the crankshaft [rad/s].
-
-    Returns
-    -------
-    march : SteadyRun
-        Last cycle of the march.
-    values : dict of str to float or int
-        Indicators by their names in files; NaN where the march ended early.
-    warnings : list of str
-        What a user should know; how the march ended where it did so early.
-
-    Examples
-    --------
-    >>> march, values, warnings = compute_point(Machine(), 100.0)
-    >>> round(values["speed_rpm"], 1), warnings
-    (954.9, [])
+    The speed is in rad/s. Returns the last cycle, the indicators by their names in files (NaN where the march ended
+    early), and warnings, such as how the march ended early.
     """
     march = run_steady(machine, speed)
     if march.status != Status.DONE:
@@ -284,21 +265,10 @@ def compute_point(machine: Machine, speed: float) -> tuple[SteadyRun, dict[str, 
 
 
 def supply_conditions(machine: Machine) -> dict[str, str]:
-    """Write the supply of a machine in words.
+    """Write the supply of a machine in words: gauge pressure and temperature under ``supply``.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with the supply.
+    A control pressure that the machine states stands there, too.
 
-    Returns
-    -------
-    dict of str to str
-        Gauge pressure and temperature under ``supply``; where the machine states a control pressure, it stands there,
-        too.
-
-    Examples
-    --------
     >>> supply_conditions(Machine())
     {'supply': '1 MPa gauge, 287 K'}
     """

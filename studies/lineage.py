@@ -19,56 +19,17 @@ HASHED_BYTES = 1 << 22
 def read_parent(machine: Machine, machine_file: str | PathLike[str] | None, settings: Sequence[str] | None) -> str:
     """Read the machine file that a search begins with, as text: as it stands, where nothing is set besides.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine of the file and the settings.
-    machine_file : path or None
-        File of the option ``--machine``; None: the embedded machine.
-    settings : sequence of str or None
-        Options ``--set``, each ``key=value``.
-
-    Returns
-    -------
-    str
-        TOML: the file with its comments; written anew where something was set, or there is no file.
-
-    Examples
-    --------
-    >>> machine = Machine().with_(engine_bore="90 mm")
-    >>> lines = read_parent(machine, None, ["engine.bore=90 mm"]).splitlines()
-    >>> next(line for line in lines if line.startswith("bore"))
-    'bore = "90 mm" # 5 to 1000 mm; chosen'
+    It is TOML with the file's comments; written anew from `machine` where `settings`, each ``key=value`` of ``--set``,
+    are given, or where there is no file (None: the embedded machine).
     """
     return Path(machine_file).read_text(encoding="utf-8") if machine_file and not settings else dumps(machine)
 
 
 def find_lineage(measured: Measured, parent_text: str, machine: Machine) -> dict[str, str]:
-    """Digests of what a verdict comes from.
+    """Digests of what a verdict comes from, each a SHA-256 by its key.
 
-    Parameters
-    ----------
-    measured : apesim.studies.measured.Measured
-    parent_text : str
-        The machine file that the search began with.
-    machine : Machine
-        Machine that the file describes, with its effects from outside.
-
-    Returns
-    -------
-    dict of str
-        SHA-256 by ``parent_machine_sha256``, ``measured_data_sha256`` and one key for each effect from outside.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.studies.gap.example_bench import write_example
-    >>> from apesim.studies.measured import read_measured
-    >>> with TemporaryDirectory() as folder:
-    ...     write_example(Path(folder))
-    ...     lineage = find_lineage(read_measured(folder), dumps(Machine()), Machine())
-    >>> {name: len(digest) for name, digest in lineage.items()}
-    {'parent_machine_sha256': 64, 'measured_data_sha256': 64}
+    The keys are ``parent_machine_sha256``, of the machine file `parent_text` that the search began with,
+    ``measured_data_sha256`` and one for each effect from outside of `machine`, which that file describes.
     """
     files = {f"effect_{outside.name}_sha256": outside.sha256 for outside in outside_effects_of(machine)}
     return {"parent_machine_sha256": sha256(parent_text), "measured_data_sha256": _hash_data(measured)} | files

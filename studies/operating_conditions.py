@@ -23,22 +23,7 @@ TEMPERATURE = Quantity("K", 150, 600, "command line", typical="287 K")
 
 
 def require_epv(arguments: Arguments, machine: Machine) -> None:
-    """Note a fault where the intake is no electro-pneumatic valve, which alone has commands.
-
-    Parameters
-    ----------
-    arguments : Arguments
-        Arguments of the call, in which the fault is noted.
-    machine : Machine
-        Machine whose intake is checked.
-
-    Examples
-    --------
-    >>> arguments = Arguments("correct_timing", 101325.0)
-    >>> require_epv(arguments, Machine().with_(engine_intake="cam"))
-    >>> [fault.wrong for fault in arguments.faults]
-    ['is cam, which has no commands to correct']
-    """
+    """Note a fault in `arguments` where the intake is no electro-pneumatic valve, which alone has commands."""
     if machine.engine.intake != EPV:
         name = INTAKES[machine.engine.intake]
         arguments.fault("engine.intake", f"is {name}, which has no commands to correct", 'write "epv"')
@@ -49,25 +34,7 @@ PRESSURE_AXES = ("supply_pressure", "control_pressure")
 
 
 def find_pressure_axis(archive: Archive) -> str:
-    """Find which pressure an archive is laid out over: that of the supply, or of the control air.
-
-    Parameters
-    ----------
-    archive : Archive
-        Results over a grid of the supply.
-
-    Returns
-    -------
-    str
-        Name of the column, one of `PRESSURE_AXES`.
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column
-    >>> pressure = column([0.6e6], "Pa abs", "pressure of control air", coordinate=True)
-    >>> find_pressure_axis(Archive("", {}, {"control_pressure": pressure}))
-    'control_pressure'
-    """
+    """Find which of `PRESSURE_AXES` an archive is laid out over: the pressure of the supply, or of the control air."""
     control = archive.variables.get("control_pressure")
     return PRESSURE_AXES[control is not None and control.coordinate]
 
@@ -85,25 +52,7 @@ class Supplies(NamedTuple):
     """Pressure that is varied, one of `PRESSURE_AXES`."""
 
     def machine_at(self, pressure: float, temperature: float) -> Machine:
-        """Give the machine the supply of a point.
-
-        Parameters
-        ----------
-        pressure : float
-            Pressure that is varied [Pa abs].
-        temperature : float
-            Temperature of the supply [K].
-
-        Returns
-        -------
-        Machine
-            Machine with this supply.
-
-        Examples
-        --------
-        >>> Supplies([0.9e6], [287.0], Machine()).machine_at(0.9e6, 287.0).supply.pressure
-        900000.0
-        """
+        """Give the machine the supply of a point: the pressure that is varied [Pa abs] and its temperature [K]."""
         varied = "pressure" if self.axis == PRESSURE_AXES[0] else "control_pressure"
         return with_supply(self.base, **{varied: pressure}, temperature=temperature)
 
@@ -111,28 +60,12 @@ class Supplies(NamedTuple):
 def read_supplies(
     arguments: Arguments, machine: Machine, pressure: Any, control_pressure: Any, temperature: Any
 ) -> Supplies:
-    """Read the supplies of a grid from the arguments of a call; what is wrong is noted.
+    """Read the supplies of a grid from the arguments of a call; what is wrong is noted in `arguments`.
 
-    Parameters
-    ----------
-    arguments : Arguments
-        Reader of the call's arguments.
-    machine : Machine
-        Machine whose supply is varied.
-    pressure : str, float, sequence or None
-        Pressures of the supply; None: around the machine's own.
-    control_pressure : str, float, sequence or None
-        Pressures of the control air, which is then varied at one pressure of the supply; None: as the machine has it.
-    temperature : str, float, sequence or None
-        Temperatures of the supply; None: around the machine's own.
+    Pressures of the supply, or its temperatures, that are None are taken around the machine's own. Those of the control
+    air are varied at one pressure of the supply; None: as the machine has it. Returns pressures [Pa abs], temperatures
+    [K], and what all points share.
 
-    Returns
-    -------
-    Supplies
-        Pressures, temperatures, and what all points share.
-
-    Examples
-    --------
     >>> arguments = Arguments("correct_timing", 101325.0)
     >>> read_supplies(arguments, Machine(), None, "0.5 MPa abs, 0.6 MPa abs", "287 K")[:2]
     ([500000.0, 600000.0], [287.0])
@@ -159,27 +92,7 @@ def with_supply(
 ) -> Machine:
     """Give a machine another supply; what is left out stays as the machine has it, a stated control pressure too.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine whose supply is changed.
-    pressure : float, optional
-        Pressure of the supply [Pa abs].
-    temperature : float, optional
-        Temperature of the supply [K].
-    control_pressure : float, optional
-        Pressure of control air from the regulator [Pa abs].
-
-    Returns
-    -------
-    Machine
-        Machine with this supply.
-
-    Examples
-    --------
-    >>> machine = with_supply(Machine().with_(supply_control_pressure="0.6 MPa abs"), 0.9e6, 300.0)
-    >>> machine.supply.pressure, machine.supply.control()
-    (900000.0, GasState(pressure=600000.0, temperature=300.0))
+    Pressures are in Pa abs, that of the control air behind the regulator; the temperature is in K.
     """
     changes = {"pressure": pressure, "temperature": temperature, "control_pressure": control_pressure}
     given: dict[str, Any] = {name: value for name, value in changes.items() if value is not None}
@@ -189,22 +102,9 @@ def with_supply(
 def with_control_air(machine: Machine, pressure: float | None = None, temperature: float | None = None) -> Machine:
     """Give a machine other control air, which is all that the valve's bench has; what is left out stays.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine whose control air is changed.
-    pressure : float, optional
-        Pressure of the control air [Pa abs]: that of the supply, unless the machine states a control pressure.
-    temperature : float, optional
-        Temperature of the supply [K].
+    The pressure [Pa abs] is that of the supply, unless the machine states a control pressure; the temperature [K] is
+    the supply's.
 
-    Returns
-    -------
-    Machine
-        Machine with this control air.
-
-    Examples
-    --------
     >>> with_control_air(Machine(), 0.9e6).supply.control().pressure
     900000.0
     >>> machine = with_control_air(Machine().with_(supply_control_pressure="0.6 MPa abs"), 0.5e6)

@@ -21,20 +21,9 @@ Progress = bool | Callable[[int, int], object]
 def show_progress(progress: Progress, task: str) -> Iterator[Callable[[int, int], object]]:
     """Show the progress of a task as it was asked for.
 
-    Parameters
-    ----------
-    progress : bool or function
-        False: nothing is shown; True: a bar on standard error; a function is what is called.
-    task : str
-        Name of the task, which stands before the bar.
+    False: nothing is shown; True: a bar on standard error; a function is what is called. `task` is the name that stands
+    before the bar. Yields ``report(done, total)``, to be called with the numbers of points done and in all.
 
-    Yields
-    ------
-    function
-        ``report(done, total)``, to be called with the numbers of points done and in all.
-
-    Examples
-    --------
     >>> with show_progress(print, "sweep") as report:
     ...     report(1, 2)
     1 2
@@ -55,24 +44,8 @@ def write_stages(stage: str, tell: Callable[[str], object]) -> Iterator[Callable
     """Tell the progress of work in stages in lines, for a stream that is no terminal: one a stage, with its time.
 
     A stage that takes long is told of every `LINE_EVERY` as well. Nothing is told of work that ends within
-    `LINES_AFTER`.
-
-    Parameters
-    ----------
-    stage : str
-        Name of the first stage.
-    tell : function
-        Called with each line.
-
-    Yields
-    ------
-    function
-        ``report(stage, done, total)``, to be called with the name of the stage, what is done of it and what there is.
-
-    Examples
-    --------
-    >>> with write_stages("reading", print) as report:
-    ...     report("fitting", 1, 2)
+    `LINES_AFTER`. `stage` is the name of the first stage; `tell` is called with each line. Yields ``report(stage, done,
+    total)``, to be called with the name of the stage, what is done of it and what there is.
     """
     lines = _StageLines(stage, tell)
     yield lines.report
@@ -117,20 +90,9 @@ class _StageLines:
 
 
 def progress_bar() -> "rich.progress.Progress":
-    """Make a bar with the name of what is at work, how much is done, and the time left.
+    """Make a bar on standard error with the name of what is at work, how much is done, and the time left.
 
-    Returns
-    -------
-    rich.progress.Progress
-        Bar on standard error; a context manager that shows it.
-
-    Examples
-    --------
-    >>> bar = progress_bar()
-    >>> task = bar.add_task("sweep", total=40)
-    >>> bar.update(task, completed=10)
-    >>> bar.tasks[0].percentage
-    25.0
+    It is a context manager that shows it.
     """
     from rich.console import Console as Terminal
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn

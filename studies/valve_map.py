@@ -47,23 +47,9 @@ TRACES = {
 
 
 def supply_columns(grid: Sequence[tuple[float, ...]]) -> dict[str, Variable]:
-    """Make the axis of runs of an archive, and the control air of each run.
+    """Make the axis of runs of an archive, and the pressure [Pa abs] and temperature [K] of each run's control air.
 
-    Parameters
-    ----------
-    grid : sequence of tuple
-        Pressure [Pa abs] and temperature [K] of each run; what stands behind them is passed over.
-
-    Returns
-    -------
-    dict of str to Variable
-        Run numbers, ``supply_pressure`` and ``supply_temperature``.
-
-    Examples
-    --------
-    >>> columns = supply_columns([(0.5e6, 287.0), (0.9e6, 287.0)])
-    >>> columns["run"].values.tolist(), columns["supply_pressure"].values.tolist()
-    ([0, 1], [500000.0, 900000.0])
+    A tuple of `grid` begins with these two; what stands behind them is passed over.
     """
     pressures, temperatures = [p for p, *_ in grid], [t for _, t, *_ in grid]
     return {
@@ -81,33 +67,10 @@ def compute_map(
     command: str = "",
     report: Callable[[int, int], Any] | None = None,
 ) -> Archive:
-    """Run the valve on its bench over a grid of pressures and temperatures.
+    """Run the valve on its bench over a grid of pressures [Pa abs] and temperatures [K] of the control air.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with the valve.
-    pressures : sequence of float
-        Pressures of the control air [Pa abs].
-    temperatures : sequence of float
-        Temperatures of the control air [K].
-    pulse : float
-        Time for which the solenoids are energised [s].
-    command : str
-        The command line, which the archive keeps.
-    report : function, optional
-        Called with the number of runs that are done and the number of all.
-
-    Returns
-    -------
-    Archive
-        Run ``i len(temperatures) + j`` is pressure i and temperature j.
-
-    Examples
-    --------
-    >>> archive = compute_map(Machine(), [0.5e6, 0.9e6], [287.0])
-    >>> (1e3 * archive.variables["opening_delay_s"].values).round(2)  # [ms]
-    array([5.59, 5.77])
+    Run ``i len(temperatures) + j`` is pressure i and temperature j; the solenoids are energised for `pulse` [s];
+    `report` gets the numbers of runs done and of all.
     """
     grid = list(product(pressures, temperatures))
     runs = []
@@ -133,20 +96,8 @@ def compute_map(
 
 
 def faults_of_map(archive: Archive) -> list[str]:
-    """Write one line for each run that failed or did not complete both strokes.
+    """Write one line for each run that failed or did not complete both strokes, named by its control air.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive of `compute_map`.
-
-    Returns
-    -------
-    list of str
-        Each line names the run by its control air and says what is wrong.
-
-    Examples
-    --------
     >>> for line in faults_of_map(compute_map(Machine(), [0.12e6, 0.5e6], [287.0])):
     ...     print(line)
     run 0 (0.12 MPa abs, 287 K): a stroke is not completed within the pulse
@@ -213,18 +164,8 @@ class ValveMap(ArchiveResult):
 def grid_conditions(archive: Archive) -> dict[str, str]:
     """Write the ends of the grid of an archive over pressure and temperature, in words.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive with the columns of `supply_columns`.
+    The archive needs the columns of `supply_columns`.
 
-    Returns
-    -------
-    dict of str to str
-        Ends under ``pressure`` and ``temperature``.
-
-    Examples
-    --------
     >>> grid_conditions(Archive("", {}, supply_columns([(0.5e6, 250.0), (0.9e6, 287.0)])))
     {'pressure': '0.5 to 0.9 MPa abs', 'temperature': '250 to 287 K'}
     """
@@ -236,33 +177,10 @@ def grid_conditions(archive: Archive) -> dict[str, str]:
 def plot_over_pressure(
     result: ArchiveResult, name: str, ax: "Axes | None" = None, groups: Mapping[str, np.ndarray] | None = None
 ) -> "Axes":
-    """Draw a variable over the control pressure, a line for each temperature.
+    """Draw a variable, e.g. "opening_delay", over the control pressure, a line for each temperature.
 
-    Parameters
-    ----------
-    result : ArchiveResult
-        Result over pressure and temperature of the control air.
-    name : str
-        Name of a trace, e.g. "opening_delay".
-    ax : matplotlib.axes.Axes, optional
-        Axes to draw on; those of a new figure if left out.
-    groups : mapping of str to int array, optional
-        Runs of each line, by its label, where the temperature alone does not tell them apart.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Axes that were drawn on.
-
-    Examples
-    --------
-    >>> from apesim.studies.archive_result import variables_of
-    >>> delays = column([5.9e-3, 5.5e-3], "s", "delay time of the opening")
-    >>> archive = Archive("", {}, supply_columns([(0.5e6, 287.0), (0.9e6, 287.0)]) | {"opening_delay_s": delays})
-    >>> result = ValveMap({}, variables_of(archive), archive=archive)
-    >>> axes = plot_over_pressure(result, "opening_delay")
-    >>> [line.get_label() for line in axes.lines]
-    ['287 K']
+    Without `ax` in a new figure; `groups` has the runs of each line by its label, where the temperature alone does not
+    tell them apart.
     """
     from apesim.studies.figures.axes import axes_for
     from apesim.studies.figures.drawing.panels import add_legend

@@ -84,20 +84,10 @@ class ActuatorTables(NamedTuple):
     """Effective area of the groove over lift, see `apesim.valve.groove.area_table`."""
 
     def breakpoints(self, start: float, end: float) -> np.ndarray:
-        """Return the times at which a switch happens or an energised fraction has a corner.
+        """Return the times [s] at which a switch happens or an energised fraction has a corner, ascending.
 
-        Parameters
-        ----------
-        start, end : float
-            Stretch of time that is looked at [s].
+        They lie after `start` and up to `end` [s], `end` itself included.
 
-        Returns
-        -------
-        (m,) float array
-            Ascending, after start and up to end, end itself included [s].
-
-        Examples
-        --------
         The default solenoids have a dead time and a ramp of 1.5 ms:
 
         >>> import apesim
@@ -119,34 +109,12 @@ def actuator_of(
     edges_b: Sequence[float] | np.ndarray | None = None,
     kind: int = 0,
 ) -> tuple[Actuator, ActuatorTables]:
-    """Prepare a machine's valve for the kernels, with its effects applied.
+    """Prepare a machine's valve for the kernels, with its effects applied: its numbers and its arrays.
 
-    Parameters
-    ----------
-    machine : NamedTuple
-        Machine with the sections ``air``, ``ambient``, ``supply``, ``valve``, ``groove`` and ``effects``.
-    edges : (n,) float array
-        Times of the edges energise, release, energise, ..., ascending [s].
-    period : float
-        Period at which the edges repeat [s]; inf: they happen once.
-    edges_b : (m,) float array, optional
-        Edges of solenoid B where they are its own [s].
-    kind : int
-        Which laws the march needs at least, see `apesim.effect.chosen`.
-
-    Returns
-    -------
-    Actuator
-        Numbers of the valve.
-    ActuatorTables
-        Arrays of the valve.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=np.inf)
-    >>> actuator.valve.stroke, actuator.vent_pressure
-    (0.009, 101325.0)
+    The edges [s] are those of energise, release, energise, ..., ascending, and repeat at `period` [s] (inf: they happen
+    once); `edges_b` [s] are those of solenoid B where they are its own. `kind` says which laws the march needs at
+    least, see `apesim.effect.chosen`. The machine has the sections ``air``, ``ambient``, ``supply``, ``valve``,
+    ``groove`` and ``effects``.
     """
     valve = machine.valve
     curves = solenoid_curves(valve.solenoid)
@@ -226,33 +194,9 @@ AT_REST = ActuatorRates(ValveStates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), NO_FLOW, NO_F
 
 @kernel
 def state_of(actuator: Actuator, y: np.ndarray, supply: ValveSupply) -> ValveState:
-    """Return the valve's state as the laws see it.
+    """Return the valve's state as the laws see it: pressures, temperatures and volumes beside position and speed.
 
-    Parameters
-    ----------
-    actuator : Actuator
-        Valve as the kernels take it.
-    y : (>= 6,) float array
-        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
-    supply : apesim.valve.supply.ValveSupply
-        Control air before the solenoids, and pressure before the groove.
-
-    Returns
-    -------
-    ValveState
-        Pressures, temperatures and volumes beside position and speed.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> import numpy as np
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> y = closed_at_rest(actuator, supply.control)
-    >>> state = state_of(actuator, y, supply)
-    >>> round(float(state.chamber_a.pressure)), round(float(state.chamber_b.temperature), 6)
-    (1000000, 300.0)
+    `y` (>= 6,) is position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
     """
     valve = actuator.valve
     states = valve_states(y)
@@ -276,31 +220,7 @@ def state_of(actuator: Actuator, y: np.ndarray, supply: ValveSupply) -> ValveSta
 
 @kernel
 def in_domain(actuator: Actuator, y: np.ndarray) -> bool:
-    """Return whether masses, energies and volumes are above zero.
-
-    Parameters
-    ----------
-    actuator : Actuator
-        Valve as the kernels take it.
-    y : (>= 6,) float array
-        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
-
-    Returns
-    -------
-    bool
-        Whether the laws hold for the state.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> import numpy as np
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> y = closed_at_rest(actuator, supply.control)
-    >>> bool(in_domain(actuator, y)), bool(in_domain(actuator, -y))
-    (True, False)
-    """
+    """Return whether masses, energies and volumes are above zero, so that the laws hold; `y` is as in `state_of`."""
     valve, states = actuator.valve, valve_states(y)
     return (
         states.mass_a > 0.0
@@ -377,20 +297,8 @@ def _larger(flow: Flow, share: float) -> Flow:
 def with_shares(flows: tuple[Flow, ...], balance: np.ndarray) -> tuple[Flow, ...]:
     """Return the flows through the solenoids with the shares by which effects make them larger.
 
-    Parameters
-    ----------
-    flows : tuple of apesim.restriction.Flow
-        Flows from SUPPLY_A to VENT_B.
-    balance : (TERMS,) float array
-        Balance of the valve, see `apesim.valve.terms`.
+    They are ordered from SUPPLY_A to VENT_B; `balance` (TERMS,) is that of the valve, see `apesim.valve.terms`.
 
-    Returns
-    -------
-    tuple of apesim.restriction.Flow
-        Flows in the same order.
-
-    Examples
-    --------
     >>> balance = np.zeros(TERMS)
     >>> balance[FLOW_SHARE + VENT_A] = 0.5
     >>> flows = with_shares((Flow(1.0, 10.0), Flow(2.0, 20.0), Flow(3.0, 30.0), Flow(4.0, 40.0)), balance)

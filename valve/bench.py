@@ -115,99 +115,31 @@ class BenchRun(NamedTuple):
 
 @kernel
 def bench_ledger(y: np.ndarray) -> ControlLedger:
-    """Read the ledger of the control air from a state vector of the bench.
-
-    Parameters
-    ----------
-    y : (SIZE,) float array
-        State vector of a bench, or a difference of two.
-
-    Returns
-    -------
-    apesim.valve.ledger.ControlLedger
-        Its entries, by name.
-
-    Examples
-    --------
-    >>> print(bench_ledger(np.zeros(SIZE)).supplied.mass)
-    0.0
-    """
+    """Read the control air's ledger from a state vector (SIZE,) of the bench, or from a difference of two."""
     return control_ledger_at(y, LEDGER)
 
 
 @kernel
 def effects_ledger(y: np.ndarray) -> Flow:
-    """Read what effects have let into the chambers from a state vector of the bench.
+    """Read mass [kg] and energy [J] that effects have let into the chambers from a state vector (SIZE,) of the bench.
 
-    Parameters
-    ----------
-    y : (SIZE,) float array
-        State vector of a bench, or a difference of two.
-
-    Returns
-    -------
-    apesim.restriction.Flow
-        Mass [kg] and energy [J].
-
-    Examples
-    --------
-    >>> print(effects_ledger(np.zeros(SIZE)).mass)
-    0.0
+    It may be a difference of two such vectors.
     """
     return ledger_flow(y, EFFECTS_LEDGER)
 
 
 @kernel
 def control_air(p: Bench, y: np.ndarray) -> Sides:
-    """Return the state of the control air at its source and before the solenoids.
+    """Return the state of the control air at its source and before the solenoids, from state and ledger `y` (SIZE,).
 
-    Parameters
-    ----------
-    p : Bench
-        Bench as the kernels take it.
-    y : (SIZE,) float array
-        State and ledger of the bench.
-
-    Returns
-    -------
-    apesim.restriction.Sides
-        Both sides of the feed of a supply line; equal where there is none.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
-    >>> y, mode = closed_at_start(p)
-    >>> control_air(p, y).before
-    GasState(pressure=1101325.0, temperature=287.0)
+    These are the two sides of the feed of a supply line; equal where there is none.
     """
     return Sides(p.supply.control, before_solenoids(p.actuator, y, LINE, p.supply.control))
 
 
 @kernel
 def supply_of(p: Bench, y: np.ndarray) -> ValveSupply:
-    """Return the air before the solenoids and before the groove.
-
-    Parameters
-    ----------
-    p : Bench
-        Bench as the kernels take it.
-    y : (SIZE,) float array
-        State and ledger of the bench.
-
-    Returns
-    -------
-    apesim.valve.supply.ValveSupply
-        Control air before the solenoids, and pressure before the groove.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
-    >>> y, mode = closed_at_start(p)
-    >>> supply_of(p, y).control
-    GasState(pressure=1101325.0, temperature=287.0)
-    """
+    """Return the air before the solenoids and the pressure before the groove, from state and ledger `y` (SIZE,)."""
     return ValveSupply(control_air(p, y).behind, p.supply.intake_pressure)
 
 
@@ -265,30 +197,9 @@ def bench_rates(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
 @events.for_type(Bench)
 @kernel
 def bench_events(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndarray) -> None:
-    """Write the values of the bench's events, see `apesim.march.hybrid_system.events`.
+    """Write the values of the bench's events into `g` (EVENTS,), see `apesim.march.hybrid_system.events`.
 
-    Parameters
-    ----------
-    p : Bench
-        Bench as the kernels take it.
-    t : float
-        Time [s].
-    y : (SIZE,) float array
-        State and ledger of the bench.
-    mode : (MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-    g : (EVENTS,) float array
-        Values of the events; filled.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
-    >>> y, mode = closed_at_start(p)
-    >>> g = np.zeros(16)
-    >>> bench_events(p, 0.0, y, mode, g)
-    >>> float(g[LINE_FLOW])
-    -1.0
+    Takes the time [s], state and ledger `y` (SIZE,), and the valve's modes (MODES,).
     """
     actuator_events(p.actuator, y, mode, supply_of(p, y), g)
     g[LINE_FLOW] = line_event(p.actuator, control_air(p, y), mode)
@@ -297,31 +208,9 @@ def bench_events(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndar
 @handle_event.for_type(Bench)
 @kernel
 def handle_bench_event(p: Bench, tables: ActuatorTables, event: int, t: float, y: np.ndarray, mode: np.ndarray) -> None:
-    """Change state and modes at an event, see `apesim.march.hybrid_system.handle_event`.
+    """Change state and modes at an event at `t` [s], see `apesim.march.hybrid_system.handle_event`.
 
-    Parameters
-    ----------
-    p : Bench
-        Bench as the kernels take it.
-    tables : apesim.valve.actuator.ActuatorTables
-        Arrays of the valve.
-    event : int
-        Event, see `apesim.valve.motion`.
-    t : float
-        Time [s].
-    y : (SIZE,) float array
-        State and ledger of the bench.
-    mode : (MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
-    >>> y, mode = closed_at_start(p)
-    >>> handle_bench_event(p, tables, 0, 0.0, y, mode)
-    >>> bool(mode[PHASE] == HELD_CLOSED)
-    True
+    Changes `y` (SIZE,), state and ledger, and `mode` (MODES,), the valve's modes; for events see `apesim.valve.motion`.
     """
     if event == LINE_FLOW:
         change_line_regime(p.actuator, control_air(p, y), mode)
@@ -332,32 +221,10 @@ def handle_bench_event(p: Bench, tables: ActuatorTables, event: int, t: float, y
 @zero_crossings.for_type(Bench)
 @kernel
 def bench_zero_crossings(p: Bench, t: float, y: np.ndarray, dy: np.ndarray, mode: np.ndarray, w: np.ndarray) -> None:
-    """Write the values whose zero crossings are located, see `apesim.march.hybrid_system.zero_crossings`.
+    """Write into `w` (EVENTS,) the values whose zero crossings are located.
 
-    Parameters
-    ----------
-    p : Bench
-        Bench as the kernels take it.
-    t : float
-        Time [s].
-    y : (SIZE,) float array
-        State and ledger of the bench.
-    dy : (SIZE,) float array
-        Rates.
-    mode : (MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-    w : (EVENTS,) float array
-        Values; filled.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
-    >>> y, mode = closed_at_start(p)
-    >>> w = np.zeros(16)
-    >>> bench_zero_crossings(p, 0.0, y, np.full(SIZE, 3.0), mode, w)
-    >>> float(w[2])
-    3.0
+    See `apesim.march.hybrid_system.zero_crossings`. Takes the time [s], state and ledger `y` and their rates `dy`, both
+    (SIZE,), and the valve's modes (MODES,).
     """
     actuator_zero_crossings(p.actuator, y, valve_states(dy).speed, mode, w)
 
@@ -367,29 +234,9 @@ def bench_zero_crossings(p: Bench, t: float, y: np.ndarray, dy: np.ndarray, mode
 def start_bench_segment(
     p: Bench, tables: ActuatorTables, t: float, t_end: float, y: np.ndarray, mode: np.ndarray
 ) -> None:
-    """Write what is constant over a smooth stretch, see `apesim.march.hybrid_system.start_segment`.
+    """Write what is constant over a smooth stretch from `t` to `t_end` [s] into the modes (MODES,).
 
-    Parameters
-    ----------
-    p : Bench
-        Bench as the kernels take it.
-    tables : apesim.valve.actuator.ActuatorTables
-        Arrays of the valve.
-    t, t_end : float
-        Start and end of the stretch [s].
-    y : (SIZE,) float array
-        State and ledger of the bench.
-    mode : (MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
-    >>> y, mode = closed_at_start(p)
-    >>> start_bench_segment(p, tables, 0.0, 1e-3, y, mode)
-    >>> bool(mode[PHASE] == HELD_CLOSED)
-    True
+    See `apesim.march.hybrid_system.start_segment`; `y` (SIZE,) is state and ledger.
     """
     start_actuator_segment(p.actuator, tables, t, t_end, y, mode, supply_of(p, y))
     start_line_segment(p.actuator, control_air(p, y), mode)
@@ -470,34 +317,10 @@ def bench_of(
     intake_pressure: float | None = None,
     edges_b: Sequence[float] | np.ndarray | None = None,
 ) -> tuple[Bench, ActuatorTables]:
-    """Prepare the bench with a machine's valve and supply.
+    """Prepare the bench with a machine's valve and supply: its numbers, and the valve's arrays.
 
-    Parameters
-    ----------
-    machine : NamedTuple
-        Machine with the sections ``air``, ``ambient``, ``supply``, ``valve``, ``groove`` and ``effects``.
-    edges : (n,) float array
-        Times of the edges energise, release, energise, ..., ascending [s].
-    period : float
-        Period at which they repeat [s]; inf: they happen once.
-    intake_pressure : float, optional
-        Pressure before the groove; ambient pressure if left out [Pa abs].
-    edges_b : (m,) float array, optional
-        Edges of solenoid B where they are its own [s].
-
-    Returns
-    -------
-    Bench
-        Numbers of the bench.
-    apesim.valve.actuator.ActuatorTables
-        Arrays of the valve.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> p, _ = bench_of(apesim.Machine(), edges=[0.0, 0.05])
-    >>> p.supply.control, p.supply.intake_pressure
-    (GasState(pressure=1101325.0, temperature=287.0), 101325.0)
+    For edges, period and `edges_b` see `apesim.valve.actuator.actuator_of`. The pressure before the groove is
+    `intake_pressure` [Pa abs], ambient pressure if left out.
     """
     actuator, tables = actuator_of(machine, edges, period, edges_b)
     before_groove = machine.ambient.pressure if intake_pressure is None else intake_pressure
@@ -507,52 +330,13 @@ def bench_of(
 def accuracy_of(p: Bench, tolerance: float = TOLERANCE) -> Accuracy:
     """Return what the march of a bench holds to; its supply line is among the states where it has one.
 
-    Parameters
-    ----------
-    p : Bench
-        Bench as the kernels take it.
-    tolerance : float
-        Error of a step, relative.
-
-    Returns
-    -------
-    apesim.march.adaptive.Accuracy
-        Tolerance, longest step and scales.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
-    >>> y, mode = closed_at_start(p)
-    >>> accuracy_of(p, 1e-9).tolerance
-    1e-09
+    The tolerance is the relative error of a step.
     """
     return Accuracy(tolerance, MAX_STEP, np.array(SCALE + 2 * (GAS_SCALE,) if has_line(p.actuator) else SCALE))
 
 
 def closed_at_start(p: Bench) -> tuple[np.ndarray, np.ndarray]:
-    """Return state and modes of a bench at rest: valve closed, supply line full.
-
-    Parameters
-    ----------
-    p : Bench
-        Bench as the kernels take it.
-
-    Returns
-    -------
-    y : (SIZE,) float array
-        State, see `apesim.valve.actuator.closed_at_rest`; the ledger is zero.
-    mode : (MODES,) float array
-        Modes of the valve.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
-    >>> y, mode = closed_at_start(p)
-    >>> float(y[0]), float(mode[PHASE])
-    (0.009, 2.0)
-    """
+    """Return state (SIZE,) and modes (MODES,) of a bench at rest: valve closed, supply line full, ledger zero."""
     y, mode = np.zeros(SIZE), np.zeros(MODES)
     update_part(y, 0, closed_at_rest(p.actuator, p.supply.control))
     update_part(y, LINE, filled(p.actuator.gas, p.actuator.line.volume, p.supply.control))
@@ -573,35 +357,13 @@ def run_bench(
 ) -> BenchRun:
     """Run the bench once: from rest with a single pulse, or the periodic state of a repeated one.
 
-    Parameters
-    ----------
-    machine : NamedTuple
-        Machine, see `bench_of`.
-    pulse : float
-        Time for which the solenoids are energised, from t = 0 [s].
-    until : float, optional
-        End of a single run; twice the pulse if left out [s].
-    period : float
-        Period of a repeated pulse [s]; inf: it is single.
-    sample : float or (n,) float array
-        Time between two rows of the trace, or when to take them, ascending [s].
-    tolerance : float
-        Error of a step, relative.
-    brakes : sequence of float
-        Further edges of the solenoids, which interrupt a stroke: two (or four, ...) between the edges of the pulse, as
-        many as wanted after it [s].
-    intake_pressure : float, optional
-        Pressure before the groove, see `bench_of` [Pa abs].
-    brakes_b : sequence of float, optional
-        Edges of solenoid B where they are its own; then ``brakes`` are those of solenoid A [s].
+    The solenoids are energised from t = 0 for `pulse` [s]; `until` ends a single run [s], twice the pulse if left out;
+    `period` is that of a repeated pulse [s], inf for a single one. `sample` is the time between two rows of the trace,
+    or when to take them [s]; the tolerance is the relative error of a step. `brakes` are further edges of the solenoids
+    [s], which interrupt a stroke: two (or four, ...) between the edges of the pulse, as many as wanted after it; with
+    `brakes_b`, those of solenoid B alone, they are of solenoid A alone. For machine and `intake_pressure` [Pa abs] see
+    `bench_of`.
 
-    Returns
-    -------
-    BenchRun
-        Measures, trace, log and closure.
-
-    Examples
-    --------
     The default valve passes 1 % of its stroke 5.8 ms after the command:
 
     >>> import apesim
@@ -642,30 +404,12 @@ def run_bench(
 
 
 def trace_bench(machine: Any, pulse: float, times: np.ndarray, tolerance: float = TOLERANCE) -> tuple[np.ndarray, int]:
-    """Take the trace of a single pulse from rest, without what `run_bench` measures beside it.
+    """Take the trace (n, 6) of a single pulse [s] from rest, without what `run_bench` measures beside it.
 
-    The trace is that of `run_bench` to the bit. It comes sooner, as nothing is located but what ends a step.
+    It has the columns `TRACE`, and rows at `times` (n,) [s], ascending, which end the run; the second value is the
+    `apesim.march.adaptive.Status` at the end. The trace is that of `run_bench` to the bit, and comes sooner, as nothing
+    is located but what ends a step.
 
-    Parameters
-    ----------
-    machine : NamedTuple
-        Machine, see `bench_of`.
-    pulse : float
-        Time for which the solenoids are energised, from t = 0 [s].
-    times : (n,) float array
-        When to take the rows of the trace, ascending; the last one is the end of the run [s].
-    tolerance : float
-        Error of a step, relative.
-
-    Returns
-    -------
-    trace : (n, 6) float array
-        Trace with the columns `TRACE`.
-    status : int
-        How the march ended, `apesim.march.adaptive.Status`.
-
-    Examples
-    --------
     >>> import apesim
     >>> trace, status = trace_bench(apesim.Machine(), 10e-3, np.array([0.0, 8e-3]))
     >>> run = run_bench(apesim.Machine(), 10e-3, 8e-3, sample=np.array([0.0, 8e-3]))
@@ -683,26 +427,9 @@ def trace_bench(machine: Any, pulse: float, times: np.ndarray, tolerance: float 
 def closure(start: np.ndarray, y: np.ndarray, quadrature: float) -> dict[str, float]:
     """Return how well mass, energy and work of a run close.
 
-    Parameters
-    ----------
-    start, y : (SIZE,) float array
-        State at the start and at the end.
-    quadrature : float
-        Work on the piston over the dense output [J].
-
-    Returns
-    -------
-    dict
-        ``mass`` and ``energy`` relative to what was supplied, see `apesim.march.error_bounds.closure_of`; ``work``
-        relative to its own size.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
-    >>> y, mode = closed_at_start(p)
-    >>> float(closure(y, y.copy(), 0.0)["mass"])
-    0.0
+    ``mass`` and ``energy`` are relative to what was supplied, see `apesim.march.error_bounds.closure_of`, ``work`` to
+    its own size. `start` and `y` (SIZE,) are the states at the start and at the end, `quadrature` the work on the
+    piston over the dense output [J].
     """
     valve, before, ledger = valve_states(y - start), valve_states(start), bench_ledger(y - start)
     let_in = effects_ledger(y - start)

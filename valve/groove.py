@@ -37,35 +37,13 @@ class Groove(NamedTuple):
         return self.geometry == PORTS and not len(self.area_curve)
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the area curve, beyond the ranges of its single values.
-
-        Yields
-        ------
-        key, wrong, right : str
-            Key of the machine file, what is wrong with it, and what would be right.
-
-        Examples
-        --------
-        >>> [wrong for _, wrong, _ in Groove(area_curve=np.array([[0.0, 1e-6], [9e-3, 1e-4]])).faults()]
-        ['does not start closed']
-        """
+        """Find what is wrong with the area curve, beyond the ranges of its single values: key, wrong, right."""
         curve = self.area_curve
         if len(curve) and (curve[0, 0] < 0.0 or curve[0, 1] != 0.0 or curve[:, 1].min() < 0.0):
             yield "area_curve", "does not start closed", "area 0 in the first row (lift >= 0), nowhere below 0"
 
     def overruled(self) -> Iterator[tuple[str, str]]:
-        """Find keys that are not used because of others.
-
-        Yields
-        ------
-        key, reason : str
-            Key or section, and what is used in its place.
-
-        Examples
-        --------
-        >>> list(Groove().overruled())
-        [('ports', 'groove.geometry is "line"')]
-        """
+        """Find keys, or sections, that are not used because of others, and what is used in their place."""
         if len(self.area_curve):
             yield from ((key, "groove.area_curve is given") for key in ("effective_area", "lap", "geometry", "ports"))
         elif self.has_ports:
@@ -75,25 +53,10 @@ class Groove(NamedTuple):
 
 
 def area_table(groove: Groove, stroke: float) -> np.ndarray:
-    """Return the effective area of the groove over lift, as knots.
+    """Return the effective area [m2] of the groove over lift [m], as knots (j, 2), for a full lift [m].
 
-    Parameters
-    ----------
-    groove : Groove
-        Parameters of the groove.
-    stroke : float
-        Full lift [m].
-
-    Returns
-    -------
-    (j, 2) float array
-        Lift [m] and effective area [m2]; linear in between (with ports: see `apesim.valve.ports.ports_table`), zero
-        before the first knot, constant after the last.
-
-    Examples
-    --------
-    >>> area_table(Groove(effective_area=150e-6, lap=1e-3), 9e-3).tolist()
-    [[0.001, 0.0], [0.009, 0.00015]]
+    It is linear in between (with ports: see `apesim.valve.ports.ports_table`), zero before the first knot, and constant
+    after the last.
     """
     if len(groove.area_curve):
         return np.ascontiguousarray(groove.area_curve)
@@ -103,48 +66,16 @@ def area_table(groove: Groove, stroke: float) -> np.ndarray:
 
 
 def lap_of(table: np.ndarray) -> float:
-    """Return the lift at which a table begins to open.
-
-    Parameters
-    ----------
-    table : (j, 2) float array
-        Lift [m] and effective area [m2], see `area_table`.
-
-    Returns
-    -------
-    float
-        Lap [m].
-
-    Examples
-    --------
-    >>> lap_of(np.array([[1e-3, 0.0], [9e-3, 150e-6]]))
-    0.001
-    """
+    """Return the lift [m] at which a table (j, 2) of lift and area, see `area_table`, begins to open."""
     opens = int(np.argmax(table[:, 1] > 0.0))
     return float(table[max(opens - 1, 0), 0])
 
 
 @kernel
 def piece_of(table: np.ndarray, lift: float) -> int:
-    """Return the number of the piece of the table that a lift lies in.
+    """Return the number of the piece of the table (j, 2), see `area_table`, that a lift [m] lies in.
 
-    Parameters
-    ----------
-    table : (j, 2) float array
-        Lift [m] and effective area [m2], see `area_table`.
-    lift : float
-        Lift [m].
-
-    Returns
-    -------
-    int
-        0 before the first knot, j after the last.
-
-    Examples
-    --------
-    >>> table = np.array([[1e-3, 0.0], [9e-3, 150e-6]])
-    >>> [piece_of(table, lift) for lift in (0.5e-3, 5e-3, 10e-3)]
-    [0, 1, 2]
+    It is 0 before the first knot, and j after the last.
     """
     piece = 0
     while piece < table.shape[0] and lift > table[piece, 0]:
@@ -154,26 +85,10 @@ def piece_of(table: np.ndarray, lift: float) -> int:
 
 @kernel
 def piece_line(table: np.ndarray, piece: int) -> tuple[float, float, float, float]:
-    """Return the effective area on a piece of the table, as a line over lift.
+    """Return the effective area on a piece of the table (j, 2), see `piece_of`, as a line over lift.
 
-    Parameters
-    ----------
-    table : (j, 2) float array
-        Lift [m] and effective area [m2], see `area_table`.
-    piece : int
-        Number of the piece, see `piece_of`.
+    Gives its area at lift 0 [m2], its slope [m], and the ends of the piece [m], infinite at the outer ones.
 
-    Returns
-    -------
-    area : float
-        Area of the line at lift 0 [m2].
-    slope : float
-        Slope of the line [m].
-    low, high : float
-        Ends of the piece [m]; infinite at the outer ones.
-
-    Examples
-    --------
     150 mm2 over 8 mm of lift, from a lap of 1 mm on:
 
     >>> area, slope, low, high = piece_line(np.array([[1e-3, 0.0], [9e-3, 150e-6]]), 1)

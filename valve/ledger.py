@@ -53,69 +53,23 @@ CONTROL_ENTRIES = sum(FLOW_ENTRIES if kind is Flow else 1 for kind in ControlLed
 
 @kernel
 def valve_states(y: np.ndarray) -> ValveStates:
-    """Read the valve's states from a state vector, from its change or from its rates.
-
-    Parameters
-    ----------
-    y : (n,) float array
-        State vector of a bench or an engine, or a difference or the rates of such vectors.
-
-    Returns
-    -------
-    ValveStates
-        Its first elements, by name.
-
-    Examples
-    --------
-    >>> print(valve_states(np.array([9e-3, 0.0, 1e-4, 20.0, 2e-5, 4.0])).position)
-    0.009
-    """
+    """Read the valve's states from a state vector (n,) of a bench or an engine, from its change or from its rates."""
     return ValveStates(y[0], y[1], y[2], y[3], y[4], y[5])
 
 
 def logged_motion(log: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Read the motion of the valve's piston from the log of a march.
+    """Read positions [m], 0 fully open, and speeds [m/s] to closed, of the valve's piston from the log of a march.
 
-    Parameters
-    ----------
-    log : (l, 3 + i) float array
-        Log of a bench's or an engine's march, see `apesim.march.adaptive.march`.
-
-    Returns
-    -------
-    positions : (l,) float array
-        Positions of the piston, 0 fully open [m].
-    speeds : (l,) float array
-        Speeds of the piston, positive towards closed [m/s].
-
-    Examples
-    --------
-    >>> positions, speeds = logged_motion(np.array([[0.0, -1.0, 0.0, 9e-3, 0.0], [1e-3, 4.0, 0.0, 8e-3, -2.0]]))
-    >>> positions.tolist(), speeds.tolist()
-    ([0.009, 0.008], [0.0, -2.0])
+    The log (l, 3 + i) is a bench's or an engine's, see `apesim.march.adaptive.march`.
     """
     return log[:, LOG_HEAD], log[:, LOG_HEAD + 1]
 
 
 @kernel
 def update_motion(y: np.ndarray, position: float, speed: float) -> None:
-    """Write position and speed of the valve's piston into a state vector.
+    """Write position [m] and speed [m/s] of the valve's piston into a state vector `y` (n,), which is changed.
 
-    Parameters
-    ----------
-    y : (n,) float array
-        State vector of a bench or an engine; changed.
-    position : float
-        Position of the piston, 0 fully open [m].
-    speed : float
-        Speed of the piston, positive towards closed [m/s].
-
-    Examples
-    --------
-    >>> y = np.zeros(6)
-    >>> update_motion(y, position=9e-3, speed=-0.5)
-    >>> y.tolist()
-    [0.009, -0.5, 0.0, 0.0, 0.0, 0.0]
+    The position is 0 fully open, and the speed positive towards closed.
     """
     y[0], y[1] = position, speed
 
@@ -173,25 +127,7 @@ def ledger_flow(y: np.ndarray, first: int) -> Flow:
 
 @kernel
 def control_ledger_at(y: np.ndarray, first: int) -> ControlLedger:
-    """Read the control air's ledger from a state vector.
-
-    Parameters
-    ----------
-    y : (n,) float array
-        State vector.
-    first : int
-        Element at which the ledger begins.
-
-    Returns
-    -------
-    ControlLedger
-        Its entries, by name.
-
-    Examples
-    --------
-    >>> print(control_ledger_at(np.arange(11.0), 2).vented.mass)
-    6.0
-    """
+    """Read the control air's ledger, which begins at element `first`, from a state vector."""
     line_fed, supplied = ledger_flow(y, first), ledger_flow(y, first + FLOW_ENTRIES)
     vented = ledger_flow(y, first + 2 * FLOW_ENTRIES)
     return ControlLedger(line_fed, supplied, vented, y[first + 3 * FLOW_ENTRIES])
@@ -199,23 +135,9 @@ def control_ledger_at(y: np.ndarray, first: int) -> ControlLedger:
 
 @kernel
 def update_part(y: np.ndarray, first: int, values: tuple[float, ...] | np.ndarray) -> None:
-    """Write a part of a state vector, or of its rates.
+    """Write a part of a state vector, or of its rates, from element `first` on; changes `y`.
 
-    Parameters
-    ----------
-    y : (n,) float array
-        State vector that is changed.
-    first : int
-        Element at which the part begins.
-    values : tuple of float or (k,) float array
-        The part: `ValveStates`, a gas, or a flow of a ledger.
-
-    Examples
-    --------
-    >>> y = np.zeros(4)
-    >>> update_part(y, 2, (2e-4, 41.0))
-    >>> y.tolist()
-    [0.0, 0.0, 0.0002, 41.0]
+    The part is `ValveStates`, a gas, or a flow of a ledger.
     """
     for i in range(len(values)):
         y[first + i] = values[i]
@@ -223,24 +145,7 @@ def update_part(y: np.ndarray, first: int, values: tuple[float, ...] | np.ndarra
 
 @kernel
 def update_flows(y: np.ndarray, first: int, flows: tuple[Flow, ...]) -> None:
-    """Write what has flowed through several borders, or the flows, into a ledger.
-
-    Parameters
-    ----------
-    y : (n,) float array
-        State vector that is changed.
-    first : int
-        Element at which the flows begin.
-    flows : tuple of apesim.restriction.Flow
-        Flows, one behind the other.
-
-    Examples
-    --------
-    >>> y = np.zeros(4)
-    >>> update_flows(y, 0, (Flow(1.0, 2.0), Flow(3.0, 4.0)))
-    >>> y.tolist()
-    [1.0, 2.0, 3.0, 4.0]
-    """
+    """Write what has flowed through several borders, or the flows, one behind the other into `y` from `first` on."""
     for i in range(len(flows)):
         update_part(y, first + FLOW_ENTRIES * i, flows[i])
 

@@ -20,64 +20,16 @@ LINE_FLOW = BRANCHED + 1
 
 @kernel
 def has_line(actuator: Actuator) -> bool:
-    """Return whether there is a supply line.
-
-    Parameters
-    ----------
-    actuator : apesim.valve.actuator.Actuator
-        Valve as the kernels take it.
-
-    Returns
-    -------
-    bool
-        Whether an effect feeds the solenoids through a line.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> import numpy as np
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> from apesim.valve.supply import ValveSupply
-    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> y = closed_at_rest(actuator, supply.control)
-    >>> has_line(actuator)
-    False
-    """
+    """Return whether there is a supply line: an effect then feeds the solenoids through it."""
     return len(actuator.effects) > 0 and actuator.line.feed_area > 0.0
 
 
 @kernel
 def before_solenoids(actuator: Actuator, y: np.ndarray, first: int, source: GasState) -> GasState:
-    """Return the state of the control air before the solenoids.
+    """Return the state of the control air before the solenoids: of that in the line; `source` where there is none.
 
-    Parameters
-    ----------
-    actuator : apesim.valve.actuator.Actuator
-        Valve as the kernels take it.
-    y : (n,) float array
-        State; without a line it may end before the line's.
-    first : int
-        Element of the state that is the mass of the air in the line [kg]; the next one is the energy [J].
-    source : apesim.air.GasState
-        State of the control air; also the answer where there is no line.
-
-    Returns
-    -------
-    apesim.air.GasState
-        State of the air in the line.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> import numpy as np
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> from apesim.valve.supply import ValveSupply
-    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> y = closed_at_rest(actuator, supply.control)
-    >>> before_solenoids(actuator, y, 6, supply.control)
-    GasState(pressure=1000000.0, temperature=300.0)
+    `first` is the element of the state `y` (n,) that is the mass of the air in the line [kg]; the next one is its
+    energy [J]. Without a line `y` may end before these.
     """
     if has_line(actuator):
         return chamber_state(actuator.gas, gas_of_volume(y, first), actuator.line.volume)
@@ -128,86 +80,29 @@ def line_feed(actuator: Actuator, mode: np.ndarray, control: Sides, valve: Actua
 
 @kernel
 def start_line_segment(actuator: Actuator, control: Sides, mode: np.ndarray) -> None:
-    """Write the regime of the feed at the start of a smooth stretch into the modes.
+    """Write the regime of the feed at the start of a smooth stretch into `mode` (>= MODES,): shut without a line.
 
-    Parameters
-    ----------
-    actuator : apesim.valve.actuator.Actuator
-        Valve as the kernels take it.
-    control : apesim.restriction.Sides
-        State of the control air at its source and before the solenoids.
-    mode : (>= MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-
-    Examples
-    --------
-    Without a line the feed is shut:
-
-    >>> import apesim
-    >>> import numpy as np
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> from apesim.valve.supply import ValveSupply
-    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> y = closed_at_rest(actuator, supply.control)
-    >>> from apesim.valve.actuator import MODES
-    >>> mode = np.ones(MODES)
-    >>> start_line_segment(actuator, Sides(supply.control, supply.control), mode)
-    >>> float(mode[LINE_REGIME])
-    0.0
+    `control` has the states of the control air at its source and before the solenoids.
     """
     mode[LINE_REGIME] = regime_between(actuator.gas, control) if has_line(actuator) else SHUT
 
 
 @kernel
 def line_event(actuator: Actuator, control: Sides, mode: np.ndarray) -> float:
-    """Return by how much the feed has left its regime; above zero it has.
+    """Return by how much the pressure ratio of the feed has left its regime; above zero it has; -1 without a line.
 
-    Parameters
-    ----------
-    actuator : apesim.valve.actuator.Actuator
-        Valve as the kernels take it.
-    control : apesim.restriction.Sides
-        State of the control air at its source and before the solenoids.
-    mode : (>= MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-
-    Returns
-    -------
-    float
-        Distance of the pressure ratio from its regime; -1 without a line.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> import numpy as np
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> from apesim.valve.supply import ValveSupply
-    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> y = closed_at_rest(actuator, supply.control)
-    >>> from apesim.valve.actuator import MODES
-    >>> line_event(actuator, Sides(supply.control, supply.control), np.zeros(MODES))
-    -1.0
+    `control` has the states of the control air at its source and before the solenoids. `mode` (>= MODES,) holds the
+    regime.
     """
     return beyond_regime(actuator.gas, mode[LINE_REGIME], control) if has_line(actuator) else -1.0
 
 
 @kernel
 def change_line_regime(actuator: Actuator, control: Sides, mode: np.ndarray) -> None:
-    """Take the feed over into the regime that follows.
+    """Take the feed over into the regime that follows, in `mode` (>= MODES,).
 
-    Parameters
-    ----------
-    actuator : apesim.valve.actuator.Actuator
-        Valve as the kernels take it.
-    control : apesim.restriction.Sides
-        State of the control air at its source and before the solenoids.
-    mode : (>= MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
+    `control` has the states of the control air at its source and before the solenoids.
 
-    Examples
-    --------
     A line at 0.8 of the pressure of the source is not filled by a choked flow:
 
     >>> import apesim

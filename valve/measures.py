@@ -169,23 +169,11 @@ def closing_stroke(log: np.ndarray, command: float, until: float) -> Stroke:
 
 
 def lap_times(log: np.ndarray, stroke: float, lap: float) -> tuple[float, float]:
-    """Return when the lift first rises through the lap, and when it then falls through it.
+    """Return the times [s] at which the lift first rises through the lap, and then falls through it; NaN: never.
 
-    Parameters
-    ----------
-    log : (l, 3 + n) float array
-        Log of a march, see `stroke_of`; of two periods where the motion repeats, so that an opening late in one has its
-        closing.
-    stroke, lap : float
-        Stroke of the piston and lap of the groove [m].
+    `log` (l, 3 + n) is that of a march, see `stroke_of`; of two periods where the motion repeats, so that an opening
+    late in one has its closing. `stroke` and `lap` in [m].
 
-    Returns
-    -------
-    opened, shut : float
-        Times [s]; NaN: never.
-
-    Examples
-    --------
     With 9 mm of stroke and a lap of 1 mm the piston passes the lap at L = 8 mm:
 
     >>> log = np.array([[5e-3, CORNER, 0.0, 8e-3, -1.0], [30e-3, CORNER, 0.0, 8e-3, 1.5]])
@@ -202,24 +190,10 @@ def lap_times(log: np.ndarray, stroke: float, lap: float) -> tuple[float, float]
 
 
 def travel_of(log: np.ndarray, phase: float, opening: Stroke, closing: Stroke) -> Travel:
-    """Return which of its stops a piston meets.
+    """Return which of its stops a piston meets, by the log (l, 3 + n) of a run or of one cycle of a periodic state.
 
-    Parameters
-    ----------
-    log : (l, 3 + n) float array
-        Log of the run, or of one cycle of a periodic state, see `apesim.march.adaptive.march`.
-    phase : int
-        Phase of the piston at the start, see `apesim.valve.piston`.
-    opening, closing : Stroke
-        Measures of both strokes.
+    `phase` is that of the piston at the start, see `apesim.valve.piston`.
 
-    Returns
-    -------
-    Travel
-        Travel of the piston.
-
-    Examples
-    --------
     >>> travel_of(np.empty((0, 5)), HELD_CLOSED, Stroke(), Stroke()).name
     'STAYS_CLOSED'
     """

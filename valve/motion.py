@@ -111,31 +111,9 @@ def rest_forces(actuator: Actuator, state: ValveState) -> tuple[float, float]:
 
 @kernel
 def branches_of(actuator: Actuator, state: ValveState) -> float:
-    """Return on which branches of their laws the effects are, as one number.
+    """Return on which branches of their laws the effects are, as one number, see `apesim.effect.note_branch`.
 
-    Parameters
-    ----------
-    actuator : apesim.valve.actuator.Actuator
-        Valve as the kernels take it.
-    state : apesim.valve.terms.ValveState
-        State of the valve.
-
-    Returns
-    -------
-    float
-        Number of the branches, see `apesim.effect.note_branch`; 0 without effects.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> import numpy as np
-    >>> from apesim.air import GasState
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> y = closed_at_rest(actuator, supply.control)
-    >>> branches_of(actuator, state_of(actuator, y, supply))
-    0.0
+    It is 0 without effects.
     """
     if len(actuator.effects) > 0:
         balance = zeros(TERMS)
@@ -146,39 +124,10 @@ def branches_of(actuator: Actuator, state: ValveState) -> float:
 
 @kernel
 def actuator_events(actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply: ValveSupply, g: np.ndarray) -> None:
-    """Write the values of the valve's events, which happen where they rise above zero.
+    """Write the values of the valve's events into `g` (>= BRANCHED + 1,); an event happens where it rises above zero.
 
-    Parameters
-    ----------
-    actuator : apesim.valve.actuator.Actuator
-        Valve as the kernels take it.
-    y : (>= 6,) float array
-        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
-    mode : (>= MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-    supply : apesim.valve.supply.ValveSupply
-        Control air before the solenoids, and pressure before the groove.
-    g : (>= BRANCHED + 1,) float array
-        Values of the events; filled.
-
-    Examples
-    --------
-    A piston that is pressed to its closed stop does not leave it:
-
-    >>> import apesim
-    >>> import numpy as np
-    >>> from apesim.air import GasState
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> y = closed_at_rest(actuator, supply.control)
-    >>> from apesim.valve.actuator import MODES
-    >>> from apesim.valve.piston import HELD_CLOSED
-    >>> mode, g = np.zeros(MODES), np.zeros(BRANCHED + 1)
-    >>> mode[PHASE] = HELD_CLOSED
-    >>> actuator_events(actuator, y, mode, supply, g)
-    >>> round(float(g[LEFT]), 2)
-    -1002.74
+    `y` (>= 6,) has position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B;
+    `mode` (>= MODES,) its modes.
     """
     phase = mode[PHASE]
     stroke = actuator.valve.stroke
@@ -202,21 +151,11 @@ def actuator_events(actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply:
 
 @kernel
 def set_free(actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply: ValveSupply) -> None:
-    """Let a piston at rest start where the force on it exceeds what holds it.
+    """Let a piston at rest start where the force on it exceeds what holds it: changes its phase in `mode`.
 
-    Parameters
-    ----------
-    actuator : apesim.valve.actuator.Actuator
-        Valve as the kernels take it.
-    y : (>= 6,) float array
-        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
-    mode : (>= MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-    supply : apesim.valve.supply.ValveSupply
-        Control air before the solenoids, and pressure before the groove.
+    `y` (>= 6,) has position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B;
+    `mode` (>= MODES,) its modes.
 
-    Examples
-    --------
     With chamber A at the pressure of chamber B the springs alone open the valve:
 
     >>> import apesim
@@ -248,41 +187,10 @@ def handle_actuator_event(
     mode: np.ndarray,
     supply: ValveSupply,
 ) -> None:
-    """Change state and modes at an event of the valve.
+    """Change state `y` and modes `mode` at an event of the valve, from MET_CLOSED to BRANCHED.
 
-    Parameters
-    ----------
-    actuator : apesim.valve.actuator.Actuator
-        Valve as the kernels take it.
-    tables : apesim.valve.actuator.ActuatorTables
-        Arrays of the valve.
-    event : int
-        Event, from MET_CLOSED to BRANCHED.
-    y : (>= 6,) float array
-        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
-    mode : (>= MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-    supply : apesim.valve.supply.ValveSupply
-        Control air before the solenoids, and pressure before the groove.
-
-    Examples
-    --------
-    A contact with the closed stop ends the motion:
-
-    >>> import apesim
-    >>> import numpy as np
-    >>> from apesim.air import GasState
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> y = closed_at_rest(actuator, supply.control)
-    >>> from apesim.valve.actuator import MODES
-    >>> from apesim.valve.piston import TO_CLOSED
-    >>> mode = np.zeros(MODES)
-    >>> mode[PHASE], y[1] = TO_CLOSED, 2.0
-    >>> handle_actuator_event(actuator, tables, MET_CLOSED, y, mode, supply)
-    >>> bool(mode[PHASE] == HELD_CLOSED), float(y[1])
-    (True, 0.0)
+    `y` (>= 6,) has position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B;
+    `mode` is (>= MODES,).
     """
     if event <= MET_OPEN:
         stop = HELD_CLOSED if event == MET_CLOSED else HELD_OPEN
@@ -310,17 +218,8 @@ def handle_actuator_event(
 
 @kernel
 def take_piece(tables: ActuatorTables, mode: np.ndarray) -> None:
-    """Write the line of the current piece of the groove's table into the modes.
+    """Write the line of the current piece of the groove's table into the modes `mode` (>= MODES,).
 
-    Parameters
-    ----------
-    tables : apesim.valve.actuator.ActuatorTables
-        Arrays of the valve.
-    mode : (>= MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-
-    Examples
-    --------
     The default groove opens from 0 to 150 mm2 over 8 mm, a slope of 18.75 mm:
 
     >>> import apesim
@@ -387,21 +286,11 @@ def actuator_zero_crossings(
 
 @kernel
 def put_at_rest(actuator: Actuator, y: np.ndarray, mode: np.ndarray) -> None:
-    """Put a piston at rest where it can rest: on its stop, or between the stops, and without speed.
+    """Put a piston at rest where it can rest: on its stop, or between the stops, and without speed; changes `y`.
 
-    A march leaves it there. A step of the search for the periodic state may not.
+    A march leaves it there; a step of the search for the periodic state may not. `y` (>= 6,) begins with position [m]
+    and speed [m/s]; `mode` (>= MODES,) has the phase.
 
-    Parameters
-    ----------
-    actuator : apesim.valve.actuator.Actuator
-        Valve as the kernels take it.
-    y : (>= 6,) float array
-        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
-    mode : (>= MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-
-    Examples
-    --------
     >>> import apesim
     >>> import numpy as np
     >>> from apesim.valve.actuator import MODES, actuator_of
@@ -435,40 +324,9 @@ def start_actuator_segment(
 ) -> None:
     """Write what is constant over a smooth stretch into the modes, and put a piston at rest where it can rest.
 
-    Constant are the piece of the groove's table, the solenoids' lines over time, the regimes of the flows and the
-    branches of the effects.
-
-    Parameters
-    ----------
-    actuator : apesim.valve.actuator.Actuator
-        Valve as the kernels take it.
-    tables : apesim.valve.actuator.ActuatorTables
-        Arrays of the valve.
-    t, t_end : float
-        Start and end of the stretch [s].
-    y : (>= 6,) float array
-        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
-    mode : (>= MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-    supply : apesim.valve.supply.ValveSupply
-        Control air before the solenoids, and pressure before the groove.
-
-    Examples
-    --------
-    The default ramp of a solenoid, from 1.5 ms on, takes 1.5 ms:
-
-    >>> import apesim
-    >>> import numpy as np
-    >>> from apesim.air import GasState
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> y = closed_at_rest(actuator, supply.control)
-    >>> from apesim.valve.actuator import MODES
-    >>> mode = np.zeros(MODES)
-    >>> start_actuator_segment(actuator, tables, 1.5e-3, 3e-3, y, mode, supply)
-    >>> round(float(mode[X_A]), 6), round(1.0 / float(mode[X_A_SLOPE]), 6)
-    (0.0, 0.0015)
+    Constant from `t` to `t_end` [s] are the piece of the groove's table, the solenoids' lines over time, the regimes of
+    the flows and the branches of the effects. `y` (>= 6,) has position [m], speed [m/s], mass [kg] and energy [J] of
+    chamber A, mass and energy of chamber B; `mode` (>= MODES,) and, of a piston at rest, `y` are changed.
     """
     put_at_rest(actuator, y, mode)
     mode[PIECE] = piece_of(tables.groove, actuator.valve.stroke - valve_states(y).position)

@@ -57,23 +57,7 @@ class Valve(NamedTuple):
 
 @kernel
 def is_moving(phase: float) -> bool:
-    """Return whether a phase of the piston is one of motion.
-
-    Parameters
-    ----------
-    phase : int
-        Phase of the piston, from HELD_OPEN to HELD_CLOSED.
-
-    Returns
-    -------
-    bool
-        Whether it is TO_CLOSED or TO_OPEN.
-
-    Examples
-    --------
-    >>> is_moving(TO_OPEN), is_moving(STUCK)
-    (True, False)
-    """
+    """Return whether a phase of the piston is one of motion, TO_CLOSED or TO_OPEN."""
     return abs(phase) == TO_CLOSED
 
 
@@ -260,22 +244,7 @@ def overcome(phase: float, force: float, breakaway: float) -> float:
 def start_moving(phase: float, force: float) -> int:
     """Return the phase of a piston that a force sets in motion; from a stop there is one way only.
 
-    Parameters
-    ----------
-    phase : int
-        Phase of rest: HELD_CLOSED, STUCK or HELD_OPEN.
-    force : float
-        Force, positive to closed [N]; only its sign counts.
-
-    Returns
-    -------
-    int
-        TO_CLOSED or TO_OPEN.
-
-    Examples
-    --------
-    >>> start_moving(HELD_CLOSED, -8.0) == TO_OPEN, start_moving(STUCK, 8.0) == TO_CLOSED
-    (True, True)
+    `phase` is one of rest; of `force` [N], positive to closed, only the sign counts.
     """
     if phase == HELD_CLOSED:
         return TO_OPEN

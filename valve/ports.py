@@ -68,24 +68,11 @@ def segment_area(height: float, diameter: float) -> float:
 
 @kernel
 def ports_area(ports: Ports, travel: float) -> float:
-    """Return the effective area of the ports under the groove, without the cap of the passage.
+    """Return the effective area [m2] of the ports under the groove, without the cap of the passage.
 
-    A port is open between the groove's two edges: ``C n (segment(travel) - segment(travel - width))``.
+    A port is open between the groove's two edges: ``C n (segment(travel) - segment(travel - width))``. `travel` is how
+    far the groove's leading edge is beyond the ports' near side, lift less lap [m].
 
-    Parameters
-    ----------
-    ports : Ports
-        Dimensions of the ports.
-    travel : float
-        Distance of the groove's leading edge beyond the ports' near side, lift less lap [m].
-
-    Returns
-    -------
-    float
-        Effective area [m2].
-
-    Examples
-    --------
     Four ports of 8 mm, half covered, times 0.75: 0.75 * 4 * pi/8 * 64 mm2
 
     >>> round(ports_area(Ports(), 4e-3) * 1e6, 2)
@@ -96,27 +83,10 @@ def ports_area(ports: Ports, travel: float) -> float:
 
 
 def ports_table(ports: Ports, lap: float, stroke: float) -> np.ndarray:
-    """Return the lifts at which the law of the ports' area changes, and the areas there.
+    """Return the lifts at which the law of the ports' area changes, and the areas there: (j, 2) [m], [m2].
 
-    Parameters
-    ----------
-    ports : Ports
-        Dimensions of the ports.
-    lap : float
-        Lift at which the groove meets the ports [m].
-    stroke : float
-        Full lift [m].
-
-    Returns
-    -------
-    (j, 2) float array
-        Lift [m] and effective area [m2], from the lap on. Where two rows have one area it is that in between; else
-        it is that of `ports_area`.
-
-    Examples
-    --------
-    >>> (ports_table(Ports(), 1e-3, 9e-3) * [1e3, 1e6]).round(2).tolist()
-    [[1.0, 0.0], [8.83, 150.0], [9.0, 150.0]]
+    The first row is at the lap. Where two rows have one area it is that in between; else it is that of `ports_area`.
+    `lap` is the lift at which the groove meets the ports [m], `stroke` the full lift [m].
     """
     cap = ports.discharge_coefficient * ports.passage_area
     width, diameter = ports.groove_width, ports.diameter

@@ -59,17 +59,8 @@ class Rig(NamedTuple):
 def shows_on_rig(effect: Effect) -> bool:
     """Tell whether an effect of the valve can show where a drive moves the piston.
 
-    Parameters
-    ----------
-    effect : apesim.effect.Effect
-        Effect of the valve's library; one from outside counts as a force on the piston.
+    One from outside counts as a force on the piston.
 
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
     >>> from apesim.valve.effects import leakage_a
     >>> shows_on_rig(seal_friction.EFFECT), shows_on_rig(leakage_a.EFFECT)
     (True, False)

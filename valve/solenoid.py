@@ -46,18 +46,7 @@ class Solenoid(NamedTuple):
     ] = NO_CURVE
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the measured curves, beyond the ranges of their single values.
-
-        Yields
-        ------
-        key, wrong, right : str
-            Key of the machine file, what is wrong with it, and what would be right.
-
-        Examples
-        --------
-        >>> [wrong for _, wrong, _ in Solenoid(opening_curve=np.array([[0.0, 0.0], [1e-3, 0.5]])).faults()]
-        ['does not rise from 0 to 1']
-        """
+        """Find what is wrong with the measured curves, beyond the ranges of their single values: key, wrong, right."""
         for key, curve, share in (
             ("opening_curve", self.opening_curve, "opening"),
             ("release_curve", self.release_curve, "release"),
@@ -69,18 +58,7 @@ class Solenoid(NamedTuple):
                     yield key, "does not rise from 0 to 1", right
 
     def overruled(self) -> Iterator[tuple[str, str]]:
-        """Find keys that are not used because a measured curve is given.
-
-        Yields
-        ------
-        key, reason : str
-            Key, and what is used in its place.
-
-        Examples
-        --------
-        >>> list(Solenoid().overruled())
-        []
-        """
+        """Find keys that are not used because a measured curve is given, and what is used in their place."""
         for curve, given, keys in (
             ("opening_curve", self.opening_curve, ("dead_time", "ramp_time")),
             ("release_curve", self.release_curve, ("release_dead_time", "release_ramp_time")),
@@ -98,55 +76,16 @@ class SolenoidCurves(NamedTuple):
     """Time after an edge that releases [s] and share of the way back, linear in between, shape (k, 2)."""
 
     def changed(self, change: Callable[[np.ndarray], np.ndarray]) -> "SolenoidCurves":
-        """Return the curves with a change of both.
-
-        Parameters
-        ----------
-        change : callable
-            Curve of an edge -> curve with the change.
-
-        Returns
-        -------
-        SolenoidCurves
-            Changed curves.
-
-        Examples
-        --------
-        >>> curves = solenoid_curves(Solenoid()).changed(lambda curve: shifted(curve, 0.5e-3))
-        >>> [round(float(curve[0, 0]) * 1e3, 6) for curve in curves]
-        [2.0, 2.0]
-        """
+        """Return the curves with one change of both, a function of the curve of an edge."""
         return SolenoidCurves(change(self.energising), change(self.release))
 
 
 def opening_curve(solenoid: Solenoid) -> np.ndarray:
-    """Return the energised fraction over the time after a solenoid was energised.
+    """Return the energised fraction over the time [s] after a solenoid was energised: rows (j, 2), linear in between.
 
-    Without a measured curve it is 0 up to the dead time, then a linear ramp to 1.
-
-    Parameters
-    ----------
-    solenoid : Solenoid
-        Parameters of the solenoid valves.
-
-    Returns
-    -------
-    (j, 2) float array
-        Time after the edge [s] and fraction, linear in between.
-
-    Notes
-    -----
-    A catalogue's shifting time (ISO 12238 [1]_) runs from the signal to a change of the pressure behind the valve. It
-    is longer than the dead time here, at which the valve begins to open.
-
-    References
-    ----------
-    .. [1] ISO 12238:2023, "Pneumatic fluid power - Directional control valves - Measurement of shifting time".
-
-    Examples
-    --------
-    >>> opening_curve(Solenoid(dead_time=1.5e-3, ramp_time=1.5e-3)).tolist()
-    [[0.0015, 0.0], [0.003, 1.0]]
+    Without a measured curve it is 0 up to the dead time, then a linear ramp to 1. A catalogue's shifting time (ISO
+    12238:2023) runs from the signal to a change of the pressure behind the valve: it is longer than the dead time here,
+    at which the valve begins to open.
     """
     if len(solenoid.opening_curve):
         return np.ascontiguousarray(solenoid.opening_curve)
@@ -196,48 +135,15 @@ def solenoid_curves(solenoid: Solenoid) -> SolenoidCurves:
 
 
 def shifted(curve: np.ndarray, time: float) -> np.ndarray:
-    """Return a curve that comes later, or earlier, but not before the edge.
-
-    Parameters
-    ----------
-    curve : (j, 2) float array
-        Curve of an edge, see `SolenoidCurves`.
-    time : float
-        Delay; negative: earlier [s].
-
-    Returns
-    -------
-    (j, 2) float array
-        Shifted curve.
-
-    Examples
-    --------
-    >>> shifted(np.array([[1.0, 0.0], [2.0, 1.0]]), -3.0).tolist()
-    [[0.0, 0.0], [1.0, 1.0]]
-    """
+    """Return a curve (j, 2) that comes later by `time` [s], or earlier (negative), but not before the edge."""
     return curve + np.array([max(time, -curve[0, 0]), 0.0])
 
 
 @kernel
 def followed(curve: np.ndarray, lag: float) -> float:
-    """Return how far a solenoid has followed an edge of its command.
+    """Return how far, 0...1, a solenoid has followed an edge of its command, `lag` [s] after it.
 
-    Parameters
-    ----------
-    curve : (j, 2) float array
-        Curve of the edge, see `SolenoidCurves`.
-    lag : float
-        Time since the edge [s].
-
-    Returns
-    -------
-    float
-        Fraction, 0...1.
-
-    Examples
-    --------
-    >>> float(followed(np.array([[1.0, 0.0], [2.0, 1.0]]), 1.25))
-    0.25
+    `curve` (j, 2) is that of the edge, see `SolenoidCurves`.
     """
     last = curve.shape[0] - 1
     if lag <= curve[0, 0]:
@@ -255,24 +161,9 @@ def followed(curve: np.ndarray, lag: float) -> float:
 def summed_ramps(edges: np.ndarray, period: float, curves: SolenoidCurves, t: float) -> float:
     """Return the sum of the ramps of all past edges, those of release taken off: the energised fraction unclipped.
 
-    Parameters
-    ----------
-    edges : (n,) float array
-        Times of the edges energise, release, energise, ..., ascending [s].
-    period : float
-        Period at which they repeat for ever, in the past too [s]; inf: they happen once.
-    curves : SolenoidCurves
-        How the solenoid follows each kind of edge.
-    t : float
-        Time [s].
+    It is below 0 or above 1 where release takes another time than energising. `edges` (n,) [s] energise and release in
+    turn, ascending; they repeat with `period` [s] for ever, in the past too, or happen once (inf).
 
-    Returns
-    -------
-    float
-        Sum, below 0 and above 1 too where release takes another time than energising.
-
-    Examples
-    --------
     A solenoid that lets go at once and takes 1 s to pull in, after a pulse of 0.5 s:
 
     >>> curves = SolenoidCurves(np.array([[1.0, 0.0], [2.0, 1.0]]), np.array([[0.0, 0.0], [0.5, 1.0]]))
@@ -353,31 +244,11 @@ tolerance of the march."""
 
 
 def breakpoints_of(edges: np.ndarray, period: float, curves: SolenoidCurves, start: float, end: float) -> np.ndarray:
-    """Return the times at which an edge happens or the energised fraction has a corner.
+    """Return the times (m,) [s] at which an edge happens or the energised fraction has a corner, ascending.
 
-    Corners are the rows of the curves after each edge, and where the sum of the ramps leaves 0...1 or comes back.
-
-    Parameters
-    ----------
-    edges : (n,) float array
-        Times of the edges energise, release, energise, ..., ascending [s].
-    period : float
-        Period at which they repeat [s]; inf: they happen once.
-    curves : SolenoidCurves
-        How the solenoid follows each kind of edge.
-    start, end : float
-        Stretch of time that is looked at [s].
-
-    Returns
-    -------
-    (m,) float array
-        Ascending, after start and up to end, end itself included [s].
-
-    Examples
-    --------
-    >>> curve = np.array([[1.0, 0.0], [2.0, 1.0]])
-    >>> breakpoints_of([0.0, 10.0], inf, SolenoidCurves(curve, curve), 0.0, 20.0).tolist()
-    [1.0, 2.0, 10.0, 11.0, 12.0, 20.0]
+    They lie after `start` and up to `end` [s], `end` itself included. Corners are the rows of the curves after each
+    edge, and where the sum of the ramps leaves 0...1 or comes back. `edges` (n,) [s] energise and release in turn,
+    ascending; they repeat with `period` [s], or happen once (inf).
     """
     # Plain numbers and a set: for so few, arrays would take ten times as long.
     rows = [(0.0, *curve[:, 0].tolist()) for curve in curves]

@@ -92,22 +92,11 @@ def solenoid_sides(state: "ValveState") -> tuple[Sides, ...]:
 
 @kernel
 def open_shares(x_a: float, x_b: float) -> tuple[float, float, float, float]:
-    """Return the share of the effective area that each flow has.
+    """Return the share of the effective area that each flow has, 0...1: SUPPLY_A, VENT_A, SUPPLY_B, VENT_B.
 
-    De-energised, chamber A sees the supply and B the vent; energised, A sees the vent and B the supply.
+    De-energised, chamber A sees the supply and B the vent; energised, A sees the vent and B the supply. `x_a` and `x_b`
+    are the energised fractions of the solenoids, 0...1.
 
-    Parameters
-    ----------
-    x_a, x_b : float
-        Energised fractions of the solenoids, 0...1.
-
-    Returns
-    -------
-    tuple of float
-        Shares of SUPPLY_A, VENT_A, SUPPLY_B and VENT_B, 0...1.
-
-    Examples
-    --------
     >>> open_shares(0.25, 1.0)
     (0.75, 0.25, 1.0, 0.0)
     """
@@ -118,33 +107,9 @@ def open_shares(x_a: float, x_b: float) -> tuple[float, float, float, float]:
 def start_solenoid_segment(
     state: "ValveState", shares: tuple[float, ...], shares_end: tuple[float, ...], first: int, mode: np.ndarray
 ) -> None:
-    """Write the regimes of the flows at the start of a smooth stretch into the modes.
+    """Write the regimes of the flows at the start of a smooth stretch into `mode` (m,), from the element `first` on.
 
-    Parameters
-    ----------
-    state : apesim.valve.terms.ValveState
-        State of the valve at an instant.
-    shares, shares_end : tuple of float
-        Shares at the start and the end of the stretch, see `open_shares`; what is 0 at both is shut.
-    first : int
-        Element of the modes that holds the regime of the first flow.
-    mode : (m,) float array
-        Modes of the march; those of the flows are changed.
-
-    Examples
-    --------
-    Chamber A sees the supply and chamber B the vent, both at equal pressures (1, NEAR); the others are shut (0):
-
-    >>> import apesim
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> from apesim.valve.supply import ValveSupply
-    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
-    >>> mode = np.zeros(4)
-    >>> start_solenoid_segment(state, open_shares(0.0, 0.0), open_shares(0.0, 0.0), 0, mode)
-    >>> mode.tolist()
-    [1.0, 0.0, 0.0, 1.0]
+    `shares` and `shares_end` are those at its start and end, see `open_shares`; what is 0 at both is shut.
     """
     sides = solenoid_sides(state)
     for flow in range(FLOWS):
@@ -154,35 +119,9 @@ def start_solenoid_segment(
 
 @kernel
 def solenoid_events(state: "ValveState", mode: np.ndarray, first: int, g: np.ndarray, first_event: int) -> None:
-    """Write by how much each flow has left its regime into the events.
+    """Write by how much each flow has left its regime into the events `g` (e,), from `first_event` on.
 
-    Parameters
-    ----------
-    state : apesim.valve.terms.ValveState
-        State of the valve at an instant.
-    mode : (m,) float array
-        Modes of the march.
-    first : int
-        Element of the modes that holds the regime of the first flow.
-    g : (e,) float array
-        Values of the events; those of the flows are changed.
-    first_event : int
-        Element of the events that belongs to the first flow.
-
-    Examples
-    --------
-    A flow that is shut leaves no regime:
-
-    >>> import apesim
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> from apesim.valve.supply import ValveSupply
-    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
-    >>> g = np.zeros(4)
-    >>> solenoid_events(state, np.full(4, SHUT), 0, g, 0)
-    >>> g.tolist()
-    [-1.0, -1.0, -1.0, -1.0]
+    A flow that is shut has -1. `first` is the element of `mode` (m,) that holds the regime of the first flow.
     """
     sides = solenoid_sides(state)
     for flow in range(FLOWS):
@@ -191,21 +130,10 @@ def solenoid_events(state: "ValveState", mode: np.ndarray, first: int, g: np.nda
 
 @kernel
 def change_solenoid_regime(state: "ValveState", flow: int, first: int, mode: np.ndarray) -> None:
-    """Take a flow over into the regime that follows.
+    """Take a flow, from SUPPLY_A to VENT_B, over into the regime that follows: changes `mode` (m,).
 
-    Parameters
-    ----------
-    state : apesim.valve.terms.ValveState
-        State of the valve at an instant.
-    flow : int
-        Flow, from SUPPLY_A to VENT_B.
-    first : int
-        Element of the modes that holds the regime of the first flow.
-    mode : (m,) float array
-        Modes of the march; those of the flows are changed.
+    `first` is its element that holds the regime of the first flow.
 
-    Examples
-    --------
     A chamber of 0.11 MPa vents to ambient pressure without choking:
 
     >>> import apesim

@@ -26,32 +26,13 @@ class Supply(NamedTuple):
     ] = float("nan")
 
     def engine_air(self) -> GasState:
-        """Return the state of the engine air before the receiver.
-
-        Returns
-        -------
-        apesim.air.GasState
-            Pressure and temperature of the supply.
-
-        Examples
-        --------
-        >>> Supply(pressure=1e6, temperature=290.0).engine_air()
-        GasState(pressure=1000000.0, temperature=290.0)
-        """
+        """Return the state of the engine air before the receiver: pressure and temperature of the supply."""
         return GasState(float(self.pressure), self.temperature)
 
     def control(self) -> GasState:
         """Return the state of control air from the regulator.
 
-        Returns
-        -------
-        apesim.air.GasState
-            Control pressure, or the supply's where none is given; temperature of the supply.
-
-        Examples
-        --------
-        >>> Supply(pressure=1e6, temperature=290.0).control()
-        GasState(pressure=1000000.0, temperature=290.0)
+        It has the control pressure, or the supply's where none is given, and the temperature of the supply.
         """
         pressure = self.pressure if isnan(self.control_pressure) else self.control_pressure
         return GasState(float(pressure), self.temperature)

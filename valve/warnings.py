@@ -50,22 +50,10 @@ CONTROL_BELOW_AMBIENT = (
 
 
 def travel_text(travel: Travel, stroke: float, lowest: float, highest: float) -> str:
-    """Return the text of a travel that is not complete.
+    """Return the text of a travel that is not complete: what happened, and what to change.
 
-    Parameters
-    ----------
-    travel : apesim.valve.measures.Travel
-        Travel of the piston.
-    stroke, lowest, highest : float
-        Stroke of the piston, its lowest and its highest lift [m].
+    `stroke` of the piston, its `lowest` and its `highest` lift in [m].
 
-    Returns
-    -------
-    str
-        What happened, and what to change.
-
-    Examples
-    --------
     >>> print(travel_text(Travel.OPENS_PARTLY, 9e-3, 0.0, 5e-3))
     the valve does not open fully: its lift reaches 5 of 9 mm; energise it for longer, or raise the control pressure
     """
@@ -75,92 +63,22 @@ def travel_text(travel: Travel, stroke: float, lowest: float, highest: float) ->
 
 
 def control_text(control: float, vent: float) -> str:
-    """Return the text for control air below the pressure of the vents.
-
-    Parameters
-    ----------
-    control, vent : float
-        Control pressure and pressure of the vents [Pa abs].
-
-    Returns
-    -------
-    str
-        What is wrong, and what to change.
-
-    Examples
-    --------
-    >>> print(control_text(0.9e5, 1e5).partition(":")[0])
-    the control pressure, 0.09 MPa abs, is below that of the vents, 0.1 MPa abs
-    """
+    """Return the text for control air below the pressure of the vents, both [Pa abs]; it says what to change."""
     return CONTROL_BELOW_AMBIENT.format(control=control * 1e-6, vent=vent * 1e-6)
 
 
 def closure_text(mass: float, energy: float) -> str:
-    """Return the text for a run whose mass or energy do not close.
-
-    Parameters
-    ----------
-    mass, energy : float
-        Closure of mass and of energy, relative.
-
-    Returns
-    -------
-    str
-        What is wrong, and what is promised.
-
-    Examples
-    --------
-    >>> print(closure_text(1e-5, 2e-5))
-    mass closes to 1.0e-05, energy to 2.0e-05; 1e-08 is promised: please report this run
-    """
+    """Return the text for a run whose mass or energy do not close, with the relative closures and what is promised."""
     return f"mass closes to {mass:.1e}, energy to {energy:.1e}; {MAX_CLOSURE:g} is promised: please report this run"
 
 
 def quadrature_text(work: str, change: float) -> str:
-    """Return the text for a work that differs between ledger and quadrature.
-
-    Parameters
-    ----------
-    work : str
-        Name of the work.
-    change : float
-        Difference, relative.
-
-    Returns
-    -------
-    str
-        What is wrong, and what is promised.
-
-    Examples
-    --------
-    >>> print(quadrature_text("the piston's work", 1e-3))
-    the piston's work by quadrature is off by 1.0e-03; 2e-05 is promised: please report this run
-    """
+    """Return the text for a work that differs between ledger and quadrature, by the relative `change`."""
     return f"{work} by quadrature is off by {change:.1e}; {MAX_QUADRATURE_CHANGE:g} is promised: please report this run"
 
 
 def judge_bench(run: "BenchRun") -> dict[BenchWarning, str]:
-    """Find what a user should know of a run of the bench.
-
-    Parameters
-    ----------
-    run : apesim.valve.bench.BenchRun
-        Run that did not end early.
-
-    Returns
-    -------
-    dict of BenchWarning to str
-        Each with what was found and what to change.
-
-    Examples
-    --------
-    A pulse of 1 ms is shorter than the dead time of the solenoids:
-
-    >>> import apesim
-    >>> from apesim.valve.bench import run_bench
-    >>> [warning.name for warning in judge_bench(run_bench(apesim.Machine(), pulse=1e-3))]
-    ['STAYS_CLOSED']
-    """
+    """Find what a user should know of a run of the bench that did not end early: what was found, and what to change."""
     told, orbit, closure, actuator = {}, run.orbit, run.closure, run.p.actuator
     if orbit and not orbit.converged:
         told[BenchWarning.NOT_PERIODIC] = (

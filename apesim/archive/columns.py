@@ -18,25 +18,7 @@ FORMATS = {"Pa abs": (1e6, "MPa abs"), "K": (1.0, "K"), "r/min": (1.0, "r/min"),
 
 
 def run_axis(count: int, description: str = "number of the run") -> Variable:
-    """Return the axis of runs that are numbered from 0.
-
-    Parameters
-    ----------
-    count : int
-        Number of runs.
-    description : str
-        What the axis is, in one line.
-
-    Returns
-    -------
-    Variable
-        Run numbers, int64, over the axis "run".
-
-    Examples
-    --------
-    >>> run_axis(3).values.tolist()
-    [0, 1, 2]
-    """
+    """Return the axis of runs, which are numbered from 0 as int64."""
     return Variable(("run",), np.arange(count), "1", description)
 
 
@@ -50,28 +32,9 @@ def column(
 ) -> Variable:
     """Return the values of a quantity, one for each run, as a variable of an archive.
 
-    Parameters
-    ----------
-    values : sequence
-        One value for each run. Numbers keep their type; codes and flags become int8, the flags "0 no, 1 yes".
-    unit : str
-        Unit, such as "Pa abs"; "1" without any.
-    description : str
-        What the quantity is, in one line.
-    meanings : str
-        What codes mean, such as "0 epv, 1 cam"; "" for other values.
-    coordinate : bool
-        Whether the values say where in a grid the runs lie, and are no results.
-
-    Returns
-    -------
-    Variable
-        Variable over the axis "run".
-
-    Examples
-    --------
-    >>> column([True, False], "1", "whether the motion turns back").meanings
-    '0 no, 1 yes'
+    Numbers keep their type; codes and flags become int8, the flags with the meanings "0 no, 1 yes". `meanings` says
+    what codes mean, such as "0 epv, 1 cam"; `coordinate` marks values that say where in a grid the runs lie and are no
+    results.
     """
     array = np.asarray(values)
     if array.dtype == bool:
@@ -82,76 +45,19 @@ def column(
 
 
 def meanings_of(names: Iterable[str]) -> str:
-    """Return the text that says what the codes 0, 1... mean.
-
-    Parameters
-    ----------
-    names : iterable of str
-        Words in the order of their codes, none with a comma.
-
-    Returns
-    -------
-    str
-        Text as `Variable` takes it.
-
-    Examples
-    --------
-    >>> meanings_of(["epv", "cam"])
-    '0 epv, 1 cam'
-    """
+    """Return the text that says what the codes 0, 1... mean, from words in their order, none with a comma."""
     return ", ".join(f"{code} {name}" for code, name in enumerate(names))
 
 
 def values_of(archive: Archive) -> dict[str, np.ndarray]:
-    """Return the values of the variables of an archive, by their names.
-
-    Parameters
-    ----------
-    archive : Archive
-        Results of runs.
-
-    Returns
-    -------
-    dict of str to ndarray
-        Values of each variable, in its unit; not copied.
-
-    Examples
-    --------
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> values_of(archive)["torque"].tolist()
-    [3.0, 2.5]
-    """
+    """Return the values of the variables of an archive, by their names; each in its unit, not copied."""
     return {name: variable.values for name, variable in archive.variables.items()}
 
 
 def run_text(archive: Archive, place: int) -> str:
-    """Return a run in words: its number and its coordinates.
+    """Return a run in words, e.g. "run 3 (0.5 MPa abs, 287 K, duty 0.5)".
 
-    Parameters
-    ----------
-    archive : Archive
-        Results of runs.
-    place : int
-        Index of the run along the axis of runs.
-
-    Returns
-    -------
-    str
-        E.g. "run 3 (0.5 MPa abs, 287 K, duty 0.5)".
-
-    Examples
-    --------
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> run_text(archive, 1)
-    'run 1 (900 r/min)'
+    `place` is its index along the axis of runs.
     """
     told = []
     for name, variable in archive.variables.items():

@@ -68,43 +68,12 @@ class Summary(NamedTuple):
 def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0, floor: float = 0.0) -> Comparison:
     """Compare two archives in machine, axes and results; NaN equals NaN.
 
-    Runs are matched by the coordinates that both archives have, such as speed and pressure; by number where one has
-    none, or where coordinates do not tell its runs from each other.
-
-    Parameters
-    ----------
-    path_a, path_b : path
-        Files of the archives.
-    rtol, atol : float
-        float64 values are equal within atol + rtol times the larger magnitude; others must be the same.
-    floor : float
-        Share of the largest magnitude of a variable, or of 1 for numbers without a unit that are smaller, which is
-        added to `atol`: what is nearly zero beside it may differ by rounding alone.
-
-    Returns
-    -------
-    Comparison
-        For results one difference for each variable and run. A variable over an axis of another length is not
-        compared, the axis is reported. Provenance: see `provenance_differences`.
-
-    Raises
-    ------
-    ArchiveError
-        One of them cannot be read.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     diff(path, path)
-    Comparison(differences=[], runs=2, same=2, different=0)
+    Runs are matched by the coordinates that both have; by number where one has none, or where coordinates do not tell
+    its runs from each other. float64 values are equal within atol + rtol times the larger magnitude, others must be the
+    same; `floor`, a share of the largest magnitude of a variable (or of 1 for smaller numbers without a unit), is added
+    to `atol`: what is nearly zero may differ by rounding alone. A variable over an axis of another length is not
+    compared, the axis is reported; provenance: see `provenance_differences`. Raises ArchiveError where one cannot be
+    read.
     """
     a, b = read(path_a), read(path_b)
     rows = machine_differences(a.machine, b.machine)
@@ -193,24 +162,7 @@ def _place(names: list[str] | None, key: tuple[Any, ...]) -> str:
 
 
 def summarise(rows: Iterable[Difference]) -> list[Summary]:
-    """Sum up differences by kind and name.
-
-    Parameters
-    ----------
-    rows : iterable of Difference
-        Differences of a comparison.
-
-    Returns
-    -------
-    list of Summary
-        One for each kind and name, in the order in which the names come first.
-
-    Examples
-    --------
-    >>> rows = [Difference("variable", "torque", run, "", 4.0, 3.0, 1) for run in (0, 1)]
-    >>> [(each.name, each.runs, each.largest, each.relative) for each in summarise(rows)]
-    [('torque', 2, 1.0, 0.25)]
-    """
+    """Sum up differences by kind and name, in the order in which the names come first."""
     groups: dict[tuple[str, str], list[Difference]] = {}
     for row in rows:
         groups.setdefault((row.kind, row.name), []).append(row)
@@ -237,22 +189,9 @@ def _apart(a: Any, b: Any) -> float | None:
 
 
 def machine_differences(a: str, b: str) -> list[Difference]:
-    r"""Find the keys in which two machine texts differ; comments and order do not count.
+    r"""Find the keys in which two machine texts (TOML) differ; comments and order do not count.
 
-    Parameters
-    ----------
-    a, b : str
-        TOML texts; where one is no TOML, both are compared as they stand.
-
-    Returns
-    -------
-    list of Difference
-        One for each key, dotted as in "engine.bore", with the values of both.
-
-    Examples
-    --------
-    >>> [(each.name, each.a, each.b) for each in machine_differences("[engine]\nbore = 1", "[engine]\nbore = 2")]
-    [('engine.bore', 1, 2)]
+    Keys are dotted as in "engine.bore"; where one text is no TOML, both are compared as they stand.
     """
     try:
         left, right = dict(_leaves(tomllib.loads(a))), dict(_leaves(tomllib.loads(b)))
@@ -264,36 +203,7 @@ def machine_differences(a: str, b: str) -> list[Difference]:
 def provenance_differences(path_a: Path, path_b: Path) -> list[Difference]:
     """Find the entries of the provenance in which two archives differ: time, versions, command.
 
-    They do not make archives different.
-
-    Parameters
-    ----------
-    path_a, path_b : path
-        Files of the archives.
-
-    Returns
-    -------
-    list of Difference
-        One for each entry, with the texts of both.
-
-    Raises
-    ------
-    ArchiveError
-        One of them cannot be read.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     provenance_differences(path, path)
-    []
+    They do not make archives different. Raises ArchiveError where one cannot be read.
     """
     return _changed("provenance", read_about(path_a)[1], read_about(path_b)[1])
 

@@ -19,54 +19,17 @@ MAX_GAPS_NAMED = 10
 
 
 def runs_planned(archive: Archive) -> int | None:
-    """Return the number of runs of the whole sweep that an archive holds or is a share of.
-
-    Parameters
-    ----------
-    archive : Archive
-        Archive of a sweep, whole or partial.
-
-    Returns
-    -------
-    int or None
-        Number of runs; None where the provenance does not say.
-
-    Examples
-    --------
-    >>> runs_planned(Archive("", {"runs_planned": "24"}, {}))
-    24
-    """
+    """Return the number of runs of the whole sweep that an archive holds or is a share of; None where not known."""
     planned = archive.provenance.get("runs_planned", "")
     return int(planned) if planned.isdecimal() and len(planned) < 19 else None
 
 
 def missing_runs(archive: Archive, total: int | None = None) -> list[tuple[int, int]]:
-    """Find the runs that an archive lacks.
+    """Find the runs that an archive lacks: first and last number of each gap, in increasing order.
 
-    Parameters
-    ----------
-    archive : Archive
-        Whole or partial archive of a sweep.
-    total : int, optional
-        Number of runs that the archive should hold, numbered from 0. If left out, the archive itself says what it
-        should hold: of the planned runs (`runs_planned`) those in its share of the sweep ("shard" of its provenance).
-        An archive without a plan should hold all runs up to its highest run number that are in its share.
-
-    Returns
-    -------
-    list of (int, int)
-        First and last run number of each gap, in increasing order. Between these two a gap may also span runs that
-        are in another share.
-
-    Examples
-    --------
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> missing_runs(archive), missing_runs(archive, total=5)
-    ([], [(2, 4)])
+    It should hold the runs 0...`total` - 1; if that is left out, the planned runs in its share of the sweep ("shard" of
+    its provenance), without a plan all up to its highest run number in its share. A gap may span runs that are in
+    another share.
     """
     shares = [(1, 1)] if total is not None else _shares(archive)
     total = runs_planned(archive) if total is None else total
@@ -78,20 +41,8 @@ def missing_runs(archive: Archive, total: int | None = None) -> list[tuple[int, 
 
 
 def gaps_in_words(gaps: Sequence[Sequence[int]]) -> str:
-    """Return gaps between runs in words; of many only the first `MAX_GAPS_NAMED`.
+    """Return gaps (first and last number) between runs in words; of many only the first `MAX_GAPS_NAMED`.
 
-    Parameters
-    ----------
-    gaps : sequence of (int, int)
-        First and last missing number of each gap.
-
-    Returns
-    -------
-    str
-        Numbers and spans of numbers.
-
-    Examples
-    --------
     >>> gaps_in_words([(3, 3), (5, 7)])
     '3, 5-7'
     """

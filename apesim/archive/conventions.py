@@ -63,20 +63,8 @@ def cf_unit(unit: str) -> tuple[str, str]:
 def our_unit(unit: str, reference: str) -> str:
     """Return the name of a unit here, from its form in a file; the inverse of `cf_unit`.
 
-    Parameters
-    ----------
-    unit : str
-        Unit as others parse it.
-    reference : str
-        "absolute", "gauge" or "".
+    `reference` is "absolute", "gauge" or "".
 
-    Returns
-    -------
-    str
-        Unit by its name here.
-
-    Examples
-    --------
     >>> our_unit("Pa", "absolute"), our_unit("min^-1", "")
     ('Pa abs', 'r/min')
     """
@@ -198,58 +186,14 @@ def dataset_attributes(name: str, variables: Mapping[str, Variable]) -> dict[str
 
 
 def coordinates_of(variable: Variable, variables: Mapping[str, Variable]) -> list[str]:
-    """Return the names of the coordinates that lie over axes of a variable.
-
-    Parameters
-    ----------
-    variable : Variable
-        Variable of an archive.
-    variables : mapping of str to Variable
-        All variables of the archive, by name.
-
-    Returns
-    -------
-    list of str
-        Names of coordinates.
-
-    Examples
-    --------
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> coordinates_of(torque, archive.variables)
-    ['speed']
-    """
+    """Return the names of the coordinates that lie over axes of a variable, of all `variables` of its archive."""
     return [name for name, other in variables.items() if other.coordinate and set(other.dims) <= set(variable.dims)]
 
 
 def variable_from(values: np.ndarray, attributes: Mapping[str, Attribute]) -> Variable:
-    """Return the variable that the values and attributes of a dataset stand for.
+    """Return the variable that the values and attributes of a dataset stand for, its unit by our name.
 
-    Parameters
-    ----------
-    values : ndarray
-        Values of the dataset; texts are decoded.
-    attributes : mapping of str to str, int or tuple of int
-        Attributes of the dataset, by name.
-
-    Returns
-    -------
-    Variable
-        Variable with its unit by our name.
-
-    Raises
-    ------
-    ValueError
-        An attribute is missing.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> variable_from(np.array([600.0]), {"axes": "run", "units": "min^-1", "long_name": "speed"}).unit
-    'r/min'
+    Texts are decoded. Raises ValueError where an attribute is missing.
     """
     axes = attributes.get("axes", attributes.get("dimensions"))
     if axes is None:

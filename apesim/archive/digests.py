@@ -62,22 +62,9 @@ def dataset_digest(path: str, values: np.ndarray, attributes: Mapping[str, Attri
 
 
 def digest_list(digests: Mapping[str, str]) -> str:
-    r"""Return the text of the dataset `DIGESTS`.
+    r"""Return the text of the dataset `DIGESTS`, from the digest of each other dataset by its path.
 
-    Parameters
-    ----------
-    digests : mapping of str to str
-        Digest of each other dataset, by its path.
-
-    Returns
-    -------
-    str
-        A line of digest, two spaces and path for each dataset, sorted by path.
-
-    Examples
-    --------
-    >>> digest_list({"/speed": "12ab", "/run": "34cd"})
-    '34cd  /run\n12ab  /speed\n'
+    Each line is digest, two spaces and path, sorted by path.
     """
     return "".join(f"{digests[path]}  {path}\n" for path in sorted(digests))
 

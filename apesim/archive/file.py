@@ -59,22 +59,10 @@ CHUNK_BYTES = 2**20
 
 
 def command_line(arguments: Sequence[str]) -> str:
-    """Return the command line for the provenance.
+    """Return the command line for the provenance, from `sys.argv`.
 
     Absolute paths shrink to their last part, because they name users.
 
-    Parameters
-    ----------
-    arguments : sequence of str
-        `sys.argv`, the program first.
-
-    Returns
-    -------
-    str
-        Arguments with spaces between them.
-
-    Examples
-    --------
     >>> command_line(["/home/me/bin/apesim", "sweep", "--out=/home/me/sweep.h5"])
     'apesim sweep --out=sweep.h5'
     """
@@ -91,38 +79,10 @@ def command_line(arguments: Sequence[str]) -> str:
 def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
     """Write an archive, completely or not at all; an older file of that name is replaced.
 
-    Parameters
-    ----------
-    archive : Archive
-        Entries of its provenance win over those added here (created, versions, platform), but for format and
-        machine_sha256. The same archive with all of these given makes the same bytes.
-    path : path
-        The file.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    ValueError
-        The archive breaks the data model.
-    ArchiveError
-        The disk is full, the folder is missing or not writable, or what is there is no regular file.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     path.name, len(read(path).runs)
-    ('sweep.h5', 2)
+    Entries of its provenance win over those added here (created, versions, platform), but for format and
+    machine_sha256; the same archive with all of these given makes the same bytes. Raises ValueError where it breaks the
+    data model; ArchiveError where the disk is full, the folder is missing or not writable, or what is there is no
+    regular file.
     """
     validate(archive)
     path = Path(path)
@@ -131,22 +91,9 @@ def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
 
 
 def complete_provenance(archive: Archive) -> Archive:
-    """Return an archive with the provenance that it is written with.
+    """Return an archive with the provenance that it is written with: with what, where and in which format.
 
-    Parameters
-    ----------
-    archive : Archive
-        Entries of its provenance win over those added here, see `write`.
-
-    Returns
-    -------
-    Archive
-        The same variables; its provenance says with what, where and in which format the archive is made.
-
-    Examples
-    --------
-    >>> complete_provenance(Archive("bore = 1", {"created": "2024-02-29"}, {})).provenance["format"]
-    'apesim archive'
+    Entries that it has win over those added here, see `write`.
     """
     provenance = (
         surroundings()
@@ -232,37 +179,9 @@ def _set_attribute(item: h5py.Group | h5py.Dataset, name: str, value: Attribute)
 def read(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Archive:
     """Read an archive, from whomever: checksums and digests are verified, links and foreign types are refused.
 
-    What an older format version means otherwise is brought to today's meaning, see `apesim.archive.migration`.
-
-    Parameters
-    ----------
-    path : path
-        File of the archive.
-    limit : int
-        Largest size of all datasets together [bytes].
-
-    Returns
-    -------
-    Archive
-        Machine, provenance and variables.
-
-    Raises
-    ------
-    ArchiveError
-        The file is missing, damaged, unsafe, too large, no archive or of a newer format.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     read(path).variables["torque"].values.tolist()
-    [3.0, 2.5]
+    Older format versions are brought to today's meaning, see `apesim.archive.migration`; `limit` is the largest size of
+    all datasets together [bytes]. Raises ArchiveError where the file is missing, damaged, unsafe, too large, no archive
+    or of a newer format.
     """
     path = Path(path)
     with opened(path, limit) as file:
@@ -281,38 +200,9 @@ def read(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Archive:
 
 
 def read_about(path: str | os.PathLike[str]) -> tuple[str, dict[str, str]]:
-    """Read only the machine text and the provenance of an archive.
+    """Read only the machine text (TOML) and the provenance of an archive.
 
-    Parameters
-    ----------
-    path : path
-        File of the archive.
-
-    Returns
-    -------
-    machine : str
-        TOML text of the machine.
-    provenance : dict of str to str
-        Where the results come from.
-
-    Raises
-    ------
-    ArchiveError
-        The file is missing, damaged, unsafe, too large, no archive or of a newer format.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     machine, provenance = read_about(path)
-    >>> machine, provenance["format"]
-    ('bore = 1', 'apesim archive')
+    Raises ArchiveError where the file is missing, damaged, unsafe, too large, no archive or of a newer format.
     """
     path = Path(path)
     with opened(path) as file:
@@ -320,35 +210,10 @@ def read_about(path: str | os.PathLike[str]) -> tuple[str, dict[str, str]]:
 
 
 def read_digest(path: str | os.PathLike[str]) -> str | None:
-    """Read the SHA-256 digest over all that an archive holds, see `apesim.archive.digests`.
+    """Read the SHA-256 digest over all that an archive holds, in hexadecimal, see `apesim.archive.digests`.
 
-    Parameters
-    ----------
-    path : path
-        File of the archive.
-
-    Returns
-    -------
-    str or None
-        64 hexadecimal digits; None for format version 1, which has none. Only `read` compares the values with it.
-
-    Raises
-    ------
-    ArchiveError
-        The file is missing, damaged, unsafe, too large, no archive or of a newer format.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     len(read_digest(path))
-    64
+    None for format version 1, which has none; only `read` compares the values with it. Raises ArchiveError where the
+    file is missing, damaged, unsafe, too large, no archive or of a newer format.
     """
     path = Path(path)
     with opened(path) as file:

@@ -26,33 +26,9 @@ __all__ = ["axes_of", "grid_dataset", "places_of", "read_grid", "words_of"]
 
 
 def axes_of(archive: Archive) -> dict[str, list[str]]:
-    """Return the axes of a grid.
+    """Return the axes of a grid whose points are the runs of an archive: texts of the values by name.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive whose runs are the points of a grid.
-
-    Returns
-    -------
-    dict of str to list of str
-        Texts of the values of each axis, by its name.
-
-    Raises
-    ------
-    ValueError
-        The archive names none, or those that it names do not fit its runs.
-
-    Examples
-    --------
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> axes = {"axes": '{"speed": ["600 rpm", "900 rpm"]}'}
-    >>> archive = Archive("bore = 1", axes, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> axes_of(archive)
-    {'speed': ['600 rpm', '900 rpm']}
+    Raises ValueError where the archive names none, or those that it names do not fit its runs.
     """
     axes = json.loads(archive.provenance.get("axes", "{}"))
     if not isinstance(axes, dict) or not axes:
@@ -68,72 +44,19 @@ def axes_of(archive: Archive) -> dict[str, list[str]]:
 
 
 def places_of(archive: Archive) -> tuple[np.ndarray, ...]:
-    """Return the place of each run along each axis.
+    """Return the place of each run along each axis of the grid, a (runs,) int array for each axis.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive whose runs are the points of a grid.
-
-    Returns
-    -------
-    tuple of (runs,) int array
-        Indices of the runs, an array for each axis.
-
-    Raises
-    ------
-    ValueError
-        The runs are no grid, see `axes_of`.
-
-    Examples
-    --------
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> axes = {"axes": '{"speed": ["600 rpm", "900 rpm"]}'}
-    >>> archive = Archive("bore = 1", axes, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> [indices.tolist() for indices in places_of(archive)]
-    [[0, 1]]
+    Raises ValueError where the runs are no grid, see `axes_of`.
     """
     return np.unravel_index(archive.runs, [len(texts) for texts in axes_of(archive).values()])
 
 
 def read_grid(path: str | os.PathLike[str]) -> xarray.Dataset:
-    """Return an archive with named axes, as xarray knows them.
+    """Return an archive with named axes, as xarray knows them; codes along an axis are words.
 
-    Parameters
-    ----------
-    path : path
-        File of the archive.
-
-    Returns
-    -------
-    xarray.Dataset
-        Axes first as they were varied, then those of the traces; codes along an axis are words. Points that are
-        missing are NaN (whole numbers then become floats), and a value whose points are all missing is left out.
-
-    Raises
-    ------
-    ArchiveError
-        The archive cannot be read, or its runs are no grid.
-    ImportError
-        xarray is not installed.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> axes = {"axes": '{"speed": ["600 rpm", "900 rpm"]}'}
-    >>> archive = Archive("bore = 1", axes, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     float(read_grid(path)["torque"].sel(speed=900.0))
-    2.5
+    Axes come first as they were varied, then those of the traces. Points that are missing are NaN (whole numbers then
+    become floats), and a value whose points are all missing is left out. Raises ArchiveError where the archive cannot
+    be read or its runs are no grid, ImportError without xarray.
     """
     needed("xarray")
     try:
@@ -145,33 +68,7 @@ def read_grid(path: str | os.PathLike[str]) -> xarray.Dataset:
 def grid_dataset(archive: Archive) -> xarray.Dataset:
     """Return the runs of an archive over its named axes, see `read_grid`.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive whose runs are the points of a grid.
-
-    Returns
-    -------
-    xarray.Dataset
-        Results and coordinates over the axes of the grid.
-
-    Raises
-    ------
-    ValueError
-        The runs are no grid, see `axes_of`.
-    ImportError
-        xarray is not installed.
-
-    Examples
-    --------
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> axes = {"axes": '{"speed": ["600 rpm", "900 rpm"]}'}
-    >>> archive = Archive("bore = 1", axes, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> grid_dataset(archive)["torque"].dims
-    ('speed',)
+    Raises ValueError where they are no grid (see `axes_of`), ImportError without xarray.
     """
     xarray = needed("xarray")
     names, places = list(axes_of(archive)), places_of(archive)
@@ -202,24 +99,7 @@ def grid_dataset(archive: Archive) -> xarray.Dataset:
 
 
 def words_of(variable: Variable) -> np.ndarray:
-    """Return the values of a variable; codes as the words that they stand for.
-
-    Parameters
-    ----------
-    variable : Variable
-        Variable of an archive.
-
-    Returns
-    -------
-    ndarray
-        Values in the shape of the variable's.
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column
-    >>> words_of(column([1, 0], "1", "kind of the valve", "0 epv, 1 cam")).tolist()
-    ['cam', 'epv']
-    """
+    """Return the values of a variable, in its shape; codes as the words that they stand for."""
     if not variable.meanings:
         return variable.values
     words = codes_of(variable.meanings)

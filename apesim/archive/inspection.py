@@ -45,39 +45,12 @@ DATASET_ATTRIBUTES = (*ATTRIBUTES, "_Encoding", "CLASS", "NAME", "REFERENCE_LIST
 def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Return what an archive holds, in a form that JSON can take.
 
-    Parameters
-    ----------
-    path : path
-        File of the archive.
-
-    Returns
-    -------
-    dict
-        `path`, `bytes`, `format`, `format_version`, `content_sha256` (see `read_digest`), `created`, `versions`,
-        `runs`, `runs_planned` (of the whole sweep, None where it is not known), `first_run`, `last_run`,
-        `missing_runs` (first and last of each gap in its share of the sweep), `axes` (name, length, unit, first and
-        last value), `variables` (name, dims, shape, dtype, unit, description, meanings), `machine`, `provenance`,
-        `outside_effects` (``effect``, ``file``, ``sha256`` of each that the machine had; no code is loaded).
-
-    Raises
-    ------
-    ArchiveError
-        The archive cannot be read.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     held = info(path)
-    >>> held["runs"], held["missing_runs"], [axis["name"] for axis in held["axes"]]
-    (2, [], ['run'])
+    The keys: `path`, `bytes`, `format`, `format_version`, `content_sha256` (see `read_digest`), `created`, `versions`,
+    `runs`, `runs_planned` (of the whole sweep, None where it is not known), `first_run`, `last_run`, `missing_runs`
+    (first and last of each gap in its share of the sweep), `axes` (name, length, unit, first and last value),
+    `variables` (name, dims, shape, dtype, unit, description, meanings), `machine`, `provenance`, `outside_effects`
+    (``effect``, ``file``, ``sha256`` of each that the machine had; no code is loaded). Raises ArchiveError where the
+    archive cannot be read.
     """
     archive = read(path)
     axes, variables = [], []
@@ -128,23 +101,10 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def outside_effects(machine: str) -> list[dict[str, str]]:
-    r"""Return the effects from outside that a machine had, as its text records them; no file is looked for.
+    r"""Return the effects from outside that a machine's TOML text records; no file is looked for.
 
-    Parameters
-    ----------
-    machine : str
-        TOML text of an archive.
-
-    Returns
-    -------
-    list of dict of str to str
-        ``effect``: its name, ``file``: the name of its file, ``sha256`` of the file's content. Empty for a text that
-        records none or is no TOML.
-
-    Examples
-    --------
-    >>> outside_effects('[[effects.files]]\neffect = "drag"\nfile = "drag.py"\nsha256 = "12ab"\n')
-    [{'effect': 'drag', 'file': 'drag.py', 'sha256': '12ab'}]
+    Each has ``effect``, its name, ``file``, the name of its file, and ``sha256`` of the file's content; empty for a
+    text that records none or is no TOML.
     """
     try:
         section = tomllib.loads(machine).get("effects")
@@ -159,34 +119,8 @@ def outside_effects(machine: str) -> list[dict[str, str]]:
 def verify(path: str | os.PathLike[str]) -> list[str]:
     """Read every chunk and check every promise of the format, and that no planned run is missing.
 
-    Parameters
-    ----------
-    path : path
-        File of the archive.
-
-    Returns
-    -------
-    list of str
-        One line for each fault, empty when the archive is sound.
-
-    Raises
-    ------
-    ArchiveError
-        There is no such file, or it is no archive that this version of apesim knows.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     verify(path)
-    []
+    Returns one line for each fault, none when the archive is sound. Raises ArchiveError where there is no such file, or
+    it is no archive that this version of apesim knows.
     """
     path = Path(path)
     faults: list[str] = []
@@ -284,40 +218,10 @@ def _users(file: Any, axis: str) -> Iterator[tuple[str, int]]:
 def export(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> list[Path]:
     """Write an archive as CSV, TOML and JSON; every float is written so that it reads back to the same bits.
 
-    Codes are written as the words that they stand for; ``meanings`` of variables.csv says both.
-
-    Parameters
-    ----------
-    path : path
-        File of the archive.
-    folder : path
-        Made if it does not exist; has to be empty.
-
-    Returns
-    -------
-    list of Path
-        machine.toml, provenance.json, variables.csv (what each variable means), runs.csv (one row a run) and,
-        for each run, traces/run_0007.csv with a row for each point of its axis; with several axes
-        traces/run_0007_AXIS.csv for each.
-
-    Raises
-    ------
-    ArchiveError
-        The archive cannot be read, or the folder is not empty or not writable; then nothing is left of what was made.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     [file.name for file in export(path, Path(folder, "csv"))]
-    ['machine.toml', 'provenance.json', 'variables.csv', 'runs.csv']
+    Into `folder`, made if need be, which has to be empty: machine.toml, provenance.json, variables.csv (what each
+    variable means), runs.csv (one row a run) and traces/run_0007.csv for each run (with several axes run_0007_AXIS.csv
+    for each). Codes are written as words; ``meanings`` of variables.csv says both. Raises ArchiveError where the
+    archive cannot be read, or the folder is not empty or not writable; then nothing is left of what was made.
     """
     archive, folder = read(path), Path(folder)
     traces, written = folder / "traces", []

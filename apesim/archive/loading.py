@@ -35,38 +35,9 @@ from apesim.archive.untrusted import SIZE_LIMIT, damage_named, refuse_unsafe
 def opened(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Iterator[h5py.File]:
     """Open an archive for reading after everything dangerous in it has been refused.
 
-    Parameters
-    ----------
-    path : path
-        File of the archive.
-    limit : int
-        Largest size of all datasets together, in memory when read [bytes].
-
-    Yields
-    ------
-    h5py.File
-        File, open for reading.
-
-    Raises
-    ------
-    ArchiveError
-        The file is missing, unsafe, too large, no archive or of a newer format; or HDF5 reports inside the `with` block
-        that it is damaged.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     with opened(path) as file:
-    ...         sorted(file)
-    ['about', 'run', 'speed', 'torque']
+    `limit` is the largest size of all datasets together, in memory when read [bytes]. Raises ArchiveError where the
+    file is missing, unsafe, too large, no archive or of a newer format, or HDF5 reports inside the `with` block that it
+    is damaged.
     """
     path = Path(path)
     try:
@@ -121,39 +92,10 @@ class Stored(NamedTuple):
 
 
 def load_digests(file: h5py.File, path: Path) -> dict[str, str] | None:
-    """Read the digests of the datasets of an opened archive, checked against the root digest.
+    """Read the digests of the datasets of an opened archive by their paths, checked against the root digest.
 
-    Parameters
-    ----------
-    file : h5py.File
-        Archive, see `opened`.
-    path : Path
-        Path of the file, for messages.
-
-    Returns
-    -------
-    dict of str to str, or None
-        Digests by path of the dataset; None where the format is too old to have any.
-
-    Raises
-    ------
-    DamagedError
-        The digests do not fit the root digest, or not the datasets that are there.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     with opened(path) as file:
-    ...         sorted(load_digests(file, path))
-    ['/about/machine', '/about/provenance', '/run', '/speed', '/torque']
+    None where the format is too old to have any; `path` is for messages. Raises DamagedError where they do not fit the
+    root digest or the datasets that are there.
     """
     if file.attrs["format_version"] < FIRST_WITH_DIGESTS:
         return None
@@ -174,22 +116,10 @@ def load_digests(file: h5py.File, path: Path) -> dict[str, str] | None:
 
 
 def check_digest(stored: Stored, digests: dict[str, str] | None) -> None:
-    """Refuse a dataset that is not what its digest says.
+    """Refuse a dataset that is not what its digest says, with a ValueError; with None nothing is checked.
 
-    Parameters
-    ----------
-    stored : Stored
-        Dataset as it is stored, see `load_stored`.
-    digests : dict of str to str, or None
-        Digests by path of the dataset, see `load_digests`; with None nothing is checked.
+    `digests` by path are those of `load_digests`.
 
-    Raises
-    ------
-    ValueError
-        Its content is another than that of the digest.
-
-    Examples
-    --------
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from apesim.archive import Archive, write
@@ -213,43 +143,10 @@ def check_digest(stored: Stored, digests: dict[str, str] | None) -> None:
 
 
 def load_about(file: h5py.File, path: Path, digests: dict[str, str] | None) -> tuple[str, dict[str, str]]:
-    """Read the machine text and the provenance of an opened archive, checked against the stored hashes.
+    """Read the machine text (TOML) and the provenance of an opened archive, checked against the stored hashes.
 
-    Parameters
-    ----------
-    file : h5py.File
-        Archive, see `opened`.
-    path : Path
-        Path of the file, for messages.
-    digests : dict of str to str, or None
-        Digests by path of the dataset, see `load_digests`.
-
-    Returns
-    -------
-    machine : str
-        TOML text of the machine.
-    provenance : dict of str to str
-        Where the results come from.
-
-    Raises
-    ------
-    DamagedError
-        A text is missing or not the one that was hashed.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     with opened(path) as file:
-    ...         load_about(file, path, load_digests(file, path))[0]
-    'bore = 1'
+    `path` is for messages, `digests` are those of `load_digests`. Raises DamagedError where a text is missing or not
+    the one that was hashed.
     """
     with damage_named(path, "about/machine"):
         text = load_stored(file, "about/machine")
@@ -270,39 +167,9 @@ def load_about(file: h5py.File, path: Path, digests: dict[str, str] | None) -> t
 
 
 def variable_of(stored: Stored) -> Variable:
-    """Return a stored dataset as a variable.
+    """Return a stored dataset (see `load_stored`) as a variable, its texts decoded.
 
-    Parameters
-    ----------
-    stored : Stored
-        Dataset as it is stored, see `load_stored`.
-
-    Returns
-    -------
-    Variable
-        Variable with its texts decoded.
-
-    Raises
-    ------
-    ValueError
-        An attribute that says what it is, is missing.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     with opened(path) as file:
-    ...         stored = load_stored(file, "torque")
-    ...         digests = load_digests(file, path)
-    >>> variable_of(stored).unit
-    'N m'
+    Raises ValueError where an attribute that says what it is, is missing.
     """
     return variable_from(_decoded(stored.values), stored.attributes)
 
@@ -310,43 +177,8 @@ def variable_of(stored: Stored) -> Variable:
 def load_stored(file: h5py.File, name: str) -> Stored:
     """Read a dataset of an opened archive; chunks that were never written are an error, not zeros.
 
-    Parameters
-    ----------
-    file : h5py.File
-        Archive, see `opened`.
-    name : str
-        Path of the dataset, such as "speed".
-
-    Returns
-    -------
-    Stored
-        Path, values and attributes.
-
-    Raises
-    ------
-    ValueError
-        A chunk is missing, or an attribute is of a wrong type.
-    OSError
-        A checksum is wrong.
-    KeyError
-        There is no such dataset.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = write(archive, Path(folder, "sweep.h5"))
-    ...     with opened(path) as file:
-    ...         stored = load_stored(file, "torque")
-    ...         digests = load_digests(file, path)
-    >>> stored.path, stored.values.tolist(), stored.attributes["units"]
-    ('/torque', [3.0, 2.5], 'N m')
+    Raises ValueError where a chunk is missing or an attribute is of a wrong type, OSError where a checksum is wrong,
+    KeyError where there is no such dataset.
     """
     dataset = file[name]
     held = dataset.attrs

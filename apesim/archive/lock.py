@@ -24,32 +24,10 @@ HOLDER = "process "
 def lock(path: str | os.PathLike[str]) -> Iterator[None]:
     """Hold F.h5.lock while an archive is being made, so that no second sweep writes the same target.
 
-    The lock ends with the process, however it ends. Its file is removed while it is still held; filelock takes no lock
-    on a file that was removed in the meantime. What killed writers have left of the archive is removed first.
-
-    Parameters
-    ----------
-    path : path
-        File of the archive; its folder has to exist.
-
-    Yields
-    ------
-    None
-        While the block runs, the lock is held.
-
-    Raises
-    ------
-    ArchiveError
-        Another process holds it, named in the message, or the folder is not writable, or what is there is no regular
-        file, see `apesim.archive.writing.find_target`, or what has the name of the lock is no lock.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder, lock(Path(folder, "sweep.h5")):
-    ...     Path(folder, "sweep.h5.lock").exists()
-    True
+    The lock ends with the process, however it ends; its file is removed while it is still held, as filelock takes no
+    lock on a file that was removed in the meantime. What killed writers have left of the archive is removed first.
+    Raises ArchiveError where another process holds it (named in the message), the folder is not writable, what is there
+    is no regular file, or what has the name of the lock is no lock.
     """
     target = find_target(path)
     lock_file = Path(f"{target}.lock")

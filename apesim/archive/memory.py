@@ -13,15 +13,7 @@ GROUP = Path("/sys/fs/cgroup")
 def available_memory() -> float:
     """Return the memory that can be taken before the system, a container or a limit of the process refuses it.
 
-    Returns
-    -------
-    float
-        Free memory [bytes]; infinity where the system does not tell.
-
-    Examples
-    --------
-    >>> available_memory() > 0.0
-    True
+    In [bytes]; infinity where the system does not tell.
     """
     return min(_of_system(), _of_container(), _of_process())
 

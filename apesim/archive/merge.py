@@ -15,37 +15,12 @@ __all__ = ["merge"]
 
 
 def merge(parts: Sequence[Archive], names: Sequence[str | os.PathLike[str]] | None = None) -> Archive:
-    """Join parts of one sweep, sorted by run number.
+    """Join parts of one sweep, at least one, sorted by run number; `missing_runs` says whether it is complete.
 
-    Runs that occur twice collapse if they agree bit for bit. Provenance entries that differ are listed one
-    after the other, except "created", which `write` sets anew.
-
-    Parameters
-    ----------
-    parts : sequence of Archive
-        At least one; machine, plan_hash, variables, units and all axes but "run" must agree.
-    names : sequence of path, optional
-        File names of the parts for messages.
-
-    Returns
-    -------
-    Archive
-        All runs of the parts; `missing_runs` says whether it is complete.
-
-    Raises
-    ------
-    ArchiveError
-        The parts do not belong together, or contradict each other on a run.
-
-    Examples
-    --------
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> merge([archive, archive]).runs.tolist()
-    [0, 1]
+    Machine, plan_hash, variables, units and all axes but "run" must agree; runs that occur twice collapse if they agree
+    bit for bit. Provenance entries that differ are listed one after the other, except "created", which `write` sets
+    anew. `names` of the files are for messages. Raises ArchiveError where the parts do not belong together, or
+    contradict each other on a run.
     """
     labels = [os.fspath(name) for name in names] if names else [f"part {i + 1}" for i in range(len(parts))]
     if not parts:

@@ -28,27 +28,8 @@ def migrate(archive: Archive) -> Archive:
     """Bring an archive of an older format version to what its variables mean today.
 
     The velocities of the valve alone are turned to d(lift)/dt, where an archive has them as dL/dt; what its grid names
-    as axes become coordinates; names with another beginning have today's, see `RENAMED`.
-
-    Parameters
-    ----------
-    archive : Archive
-        As it was read; its provenance names its format version.
-
-    Returns
-    -------
-    Archive
-        Archive of today's meaning, with an entry `MIGRATED` in its provenance if values were changed.
-
-    Examples
-    --------
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {"format_version": "3"}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> migrate(archive) is archive
-    True
+    as axes become coordinates; names with another beginning have today's, see `RENAMED`. If values were changed, its
+    provenance has an entry `MIGRATED`.
     """
     if any(name.startswith(tuple(RENAMED)) for name in archive.variables):
         archive = replace(archive, variables={_rename(name): each for name, each in archive.variables.items()})

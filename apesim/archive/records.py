@@ -88,48 +88,15 @@ class Archive:
 
 
 def sha256(text: str) -> str:
-    """Return the hash of a text, as it is stored under ``machine_sha256``.
-
-    Parameters
-    ----------
-    text : str
-        Any text; hashed as UTF-8.
-
-    Returns
-    -------
-    str
-        64 hexadecimal digits.
-
-    Examples
-    --------
-    >>> sha256("bore = 1")[:8]
-    '6e40e2ad'
-    """
+    """Return the hexadecimal hash of a text in UTF-8, as it is stored under ``machine_sha256``."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def validate(archive: Archive) -> None:
     """Check that an archive can be written.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive in memory.
-
-    Raises
-    ------
-    ValueError
-        A text or a variable cannot be stored, an axis has no variable, or the lengths along an axis differ; the message
-        names the variable, what is wrong and what would be right.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> validate(Archive("", {}, {"run": Variable(("run",), np.arange(2), "1", "number of the run")}))
-    >>> validate(Archive("", {}, {}))
-    Traceback (most recent call last):
-    ...
-    ValueError: no variable 'run'; give the run numbers, dims ('run',), int64
+    Raises ValueError where a text or a variable cannot be stored, an axis has no variable, or the lengths along an axis
+    differ; the message names the variable, what is wrong and what would be right.
     """
     _storable("machine", archive.machine)
     for key, value in archive.provenance.items():
@@ -151,20 +118,8 @@ def validate(archive: Archive) -> None:
 def check_variable(name: str, variable: Variable) -> None:
     """Check one variable by itself: name, form, units, codes, finite values.
 
-    Parameters
-    ----------
-    name : str
-        Name of the variable.
-    variable : Variable
-        Variable of an archive.
+    Raises ValueError where it cannot be stored; the message names the variable, what is wrong and what would be right.
 
-    Raises
-    ------
-    ValueError
-        It cannot be stored; the message names the variable, what is wrong and what would be right.
-
-    Examples
-    --------
     >>> import numpy as np
     >>> check_variable("speed", Variable(("run",), np.array([600.0]), "", "speed of the crank"))
     Traceback (most recent call last):
@@ -210,23 +165,7 @@ def check_variable(name: str, variable: Variable) -> None:
 
 
 def codes_of(meanings: str) -> dict[int, str]:
-    """Return the words by the codes that they stand for; none where the text of the meanings is wrong.
-
-    Parameters
-    ----------
-    meanings : str
-        Meanings of codes, such as "0 epv, 1 cam".
-
-    Returns
-    -------
-    dict of int to str
-        Words by code, each code from -128 to 127.
-
-    Examples
-    --------
-    >>> codes_of("0 epv, 1 cam")
-    {0: 'epv', 1: 'cam'}
-    """
+    """Return the words of meanings such as "0 epv, 1 cam", by code from -128 to 127; none where the text is wrong."""
     entries = [_MEANING.fullmatch(entry.strip()) for entry in meanings.split(",")]
     codes = {int(entry[1]): entry[2] for entry in entries if entry}
     return codes if len(codes) == len(entries) and all(-128 <= code < 128 for code in codes) else {}

@@ -41,82 +41,24 @@ class Shards(NamedTuple):
 def plan_hash(machine: str, settings: Mapping[str, Any]) -> str:
     """Return the hash that identifies a sweep: shards and parts with equal hashes belong together.
 
-    Parameters
-    ----------
-    machine : str
-        TOML text of the machine.
-    settings : mapping
-        Everything else that decides the results and the numbering of the runs, as JSON knows it.
-
-    Returns
-    -------
-    str
-        64 hexadecimal digits.
-
-    Examples
-    --------
-    >>> plan_hash("bore = 1", {"speed": [600, 900]})[:8]
-    '79183516'
+    `machine` is a TOML text, `settings` all else that decides the results and the numbering of the runs, as JSON knows
+    it; the hash is hexadecimal.
     """
     content = json.dumps([machine, settings], sort_keys=True, ensure_ascii=True, allow_nan=True)
     return hashlib.sha256(content.encode()).hexdigest()
 
 
 def shards_folder(path: str | os.PathLike[str]) -> Path:
-    """Return the folder of the shards of an archive: F.h5.shards for F.h5.
-
-    Parameters
-    ----------
-    path : path
-        File of the archive.
-
-    Returns
-    -------
-    Path
-        Folder; it need not exist.
-
-    Examples
-    --------
-    >>> shards_folder("sweep.h5").name
-    'sweep.h5.shards'
-    """
+    """Return the folder of the shards of an archive, F.h5.shards for F.h5; it need not exist."""
     return Path(f"{os.fspath(path)}.shards")
 
 
 def write_shard(folder: str | os.PathLike[str], part: Archive) -> Path:
     """Write finished runs beside the target; after the return they survive a kill or a power cut.
 
-    Parameters
-    ----------
-    folder : path
-        Folder of the shards, see `shards_folder`; made if it does not exist.
-    part : Archive
-        Finished runs. Its "run" holds the run numbers of the whole sweep, its provenance the plan_hash.
-
-    Returns
-    -------
-    Path
-        The shard, named by its run numbers.
-
-    Raises
-    ------
-    ValueError
-        The part breaks the data model, holds no runs or has no plan_hash.
-    ArchiveError
-        It could not be written.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {"plan_hash": "12ab"}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     write_shard(folder, archive).name
-    'runs_000000-000001.h5'
+    The folder is made if it does not exist; the "run" of `part` holds the run numbers of the whole sweep, its
+    provenance the plan_hash. Raises ValueError where the part breaks the data model, holds no runs or has no plan_hash,
+    ArchiveError where it cannot be written.
     """
     folder = Path(folder)
     validate(part)
@@ -134,38 +76,9 @@ def write_shard(folder: str | os.PathLike[str], part: Archive) -> Path:
 
 
 def read_shards(folder: str | os.PathLike[str], plan_hash: str) -> Shards:
-    """Read what a sweep has finished so far.
+    """Read what a sweep has finished so far, and a line for each damaged shard; the folder need not exist.
 
-    Parameters
-    ----------
-    folder : path
-        Folder of the shards, see `shards_folder`; need not exist.
-    plan_hash : str
-        Hash of the sweep that wants to go on.
-
-    Returns
-    -------
-    Shards
-        Parts, run numbers that are done, and a line for each damaged shard.
-
-    Raises
-    ------
-    ArchiveError
-        A shard belongs to another sweep, or takes more memory than is available.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {"plan_hash": "12ab"}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as folder:
-    ...     _ = write_shard(folder, archive)
-    ...     read_shards(folder, "12ab").done
-    [0, 1]
+    Raises ArchiveError where a shard has another `plan_hash`, or takes more memory than is available.
     """
     shards = Shards([], [], [])
     texts: dict[str, str] = {}
@@ -212,31 +125,7 @@ def _with_shared_texts(part: Archive, texts: dict[str, str]) -> Archive:
 def remove_shards(folder: str | os.PathLike[str]) -> None:
     """Remove the shards of a sweep, and the temporary files of killed writers; other files stay.
 
-    Parameters
-    ----------
-    folder : path
-        Folder of the shards; nothing happens where it is a link or does not exist.
-
-    Raises
-    ------
-    ArchiveError
-        One of them cannot be removed.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column, run_axis
-    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
-    >>> torque = column([3.0, 2.5], "N m", "brake torque")
-    >>> archive = Archive("bore = 1", {"plan_hash": "12ab"}, {"run": run_axis(2), "speed": speed, "torque": torque})
-    >>> with TemporaryDirectory() as parent:
-    ...     folder = shards_folder(Path(parent, "sweep.h5"))
-    ...     _ = write_shard(folder, archive)
-    ...     remove_shards(folder)
-    ...     folder.exists()
-    False
+    Nothing happens where the folder is a link or does not exist. Raises ArchiveError where a file cannot be removed.
     """
     folder = Path(folder)
     if os.path.islink(folder) or not os.path.isdir(folder):

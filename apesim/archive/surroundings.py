@@ -28,16 +28,8 @@ GIT_SECONDS = 5.0
 def surroundings() -> dict[str, str]:
     """Return where and when a result is computed; nothing that names a user, a folder or a computer.
 
-    Returns
-    -------
-    dict of str to str
-        ``created``, ``python``, ``platform``, ``processor``, ``hdf5``, a version for each of `PACKAGES` that is
-        at work, and ``commit`` where apesim runs from a checkout.
-
-    Examples
-    --------
-    >>> sorted({"created", "numpy", "python"} & surroundings().keys())
-    ['created', 'numpy', 'python']
+    The keys are ``created``, ``python``, ``platform``, ``processor``, ``hdf5``, each of `PACKAGES` that is at work, and
+    ``commit`` where apesim runs from a checkout.
     """
     known = {
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -53,23 +45,7 @@ def surroundings() -> dict[str, str]:
 
 @functools.cache
 def version_of(package: str) -> str:
-    """Return the version of an installed package; "" for others.
-
-    Parameters
-    ----------
-    package : str
-        Name of the distribution.
-
-    Returns
-    -------
-    str
-        Version.
-
-    Examples
-    --------
-    >>> version_of("no-such-package")
-    ''
-    """
+    """Return the version of an installed package, by the name of its distribution; "" for others."""
     with suppress(importlib.metadata.PackageNotFoundError):
         return importlib.metadata.version(package)
     return ""
@@ -77,18 +53,7 @@ def version_of(package: str) -> str:
 
 @functools.cache
 def processor() -> str:
-    """Return the name of the processor as its maker gives it, else that of its kind, such as "arm64".
-
-    Returns
-    -------
-    str
-        Name.
-
-    Examples
-    --------
-    >>> isinstance(processor(), str)
-    True
-    """
+    """Return the name of the processor as its maker gives it, else that of its kind, such as "arm64"."""
     with suppress(OSError):
         if found := re.search(r"^model name\s*:\s*(.+)$", Path("/proc/cpuinfo").read_text(errors="replace"), re.M):
             return " ".join(found[1].split())
@@ -97,17 +62,9 @@ def processor() -> str:
 
 @functools.cache
 def commit() -> str:
-    """Return the commit of the checkout that apesim runs from.
+    """Return the hash of the commit of the checkout that apesim runs from; "" without a checkout or without git.
 
-    Returns
-    -------
-    str
-        Hash, with "-dirty" where files differ from the commit; "" without a checkout or without git.
-
-    Examples
-    --------
-    >>> commit() == "" or len(commit().removesuffix("-dirty")) == 40
-    True
+    It ends in "-dirty" where files differ from the commit.
     """
     folder = Path(apesim.__file__).parents[1]
     if not (folder / ".git").exists():

@@ -64,30 +64,9 @@ _CLASSES = {
 def refuse_unsafe(file: h5py.File, path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> None:
     """Refuse an open file that holds an unsafe object; all are looked at without reading data.
 
-    Parameters
-    ----------
-    file : h5py.File
-        Open for reading.
-    path : path
-        Path of the file, for messages.
-    limit : int
-        Largest size of all datasets together, in memory when read [bytes].
-
-    Raises
-    ------
-    ArchiveError
-        At the first object that is no plain group and no dataset of numbers or fixed-length text; the datasets are
-        larger than the limit, than the file can hold, or than the memory that is available.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "plain.h5")
-    ...     with h5py.File(path, "w") as file:
-    ...         file["speed"] = [600.0, 900.0]
-    ...         refuse_unsafe(file, path)
+    Raises ArchiveError at the first object that is no plain group and no dataset of numbers or fixed-length text, and
+    where the datasets, in memory when read, are larger than `limit` [bytes], than the file can hold, or than the memory
+    that is available. `path` is for messages.
     """
     remedy = "ask for a file written by apesim"
     by_file = max(ALWAYS_READ, MAX_EXPANSION * os.path.getsize(path))
@@ -168,27 +147,9 @@ def _inspect(dataset: h5d.DatasetID) -> tuple[str, int]:
 def damage_named(path: Path, item: str) -> Iterator[None]:
     """Turn what HDF5 reports about a broken file into an `ArchiveError` that names file and dataset.
 
-    Parameters
-    ----------
-    path : Path
-        Path of the file, for messages.
-    item : str
-        Dataset that is read, for messages; "" for the file.
+    `item` is the dataset that is read; "" for the file. Raises DamagedError where HDF5 or a check of what was read has
+    failed in the block, TooLargeError where there was not enough memory.
 
-    Yields
-    ------
-    None
-        Errors of the block are turned.
-
-    Raises
-    ------
-    DamagedError
-        HDF5 or a check of what was read has failed in the block.
-    TooLargeError
-        There was not enough memory.
-
-    Examples
-    --------
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> with damage_named(Path("sweep.h5"), "speed"):  # doctest: +ELLIPSIS

@@ -24,29 +24,8 @@ __all__ = ["find_target", "format_csv", "remove_file", "remove_temporaries", "wr
 def find_target(path: str | os.PathLike[str]) -> Path:
     """Find the file that writing to a path makes or replaces, before anything is computed.
 
-    Parameters
-    ----------
-    path : path
-        File that is to be written.
-
-    Returns
-    -------
-    Path
-        The path itself, or where it is a link, the file that the link names.
-
-    Raises
-    ------
-    ArchiveError
-        What is there is no regular file, or the path can name none.
-
-    Examples
-    --------
-    >>> find_target("sweep.h5").name
-    'sweep.h5'
-    >>> find_target(".")
-    Traceback (most recent call last):
-    ...
-    apesim.archive.errors.ArchiveError: .: is a folder; give the name of a file, e.g. sweep.h5
+    It is the path itself, or where it is a link, the file that the link names. Raises ArchiveError where what is there
+    is no regular file, or the path can name none.
     """
     path = Path(path)
     try:
@@ -69,28 +48,9 @@ def find_target(path: str | os.PathLike[str]) -> Path:
 def write_file(path: str | os.PathLike[str], content: str | bytes | memoryview, *, durable: bool = True) -> None:
     """Write a file under another name and rename it: it is complete or absent, whatever ends the process.
 
-    Parameters
-    ----------
-    path : path
-        File that is written or replaced, see `find_target`.
-    content : str or bytes
-        All that it is to hold; a text is written as UTF-8.
-    durable : bool
-        Whether it survives a power cut after the return; False where many files are written, which takes long.
-
-    Raises
-    ------
-    ArchiveError
-        The disk is full, the folder is missing or not writable, or what is there is no regular file.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "note.txt")
-    ...     write_file(path, "written")
-    ...     path.read_text()
-    'written'
+    A text is written as UTF-8. `durable`: the file survives a power cut after the return, which takes long where many
+    are written. Raises ArchiveError where the disk is full, the folder is missing or not writable, or what is there is
+    no regular file.
     """
     target = find_target(path)
     temporary = _temporary(target)
@@ -124,18 +84,6 @@ def _temporary(path: Path) -> Path:
 def format_csv(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
     """Format a table as CSV, floats without loss.
 
-    Parameters
-    ----------
-    header : iterable of str
-    rows : iterable of iterable
-        Cells of each row.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> print(format_csv(("time [s]", "lift [m]"), [[0.0, 0.0045]]), end="")
     time [s],lift [m]
     0.0,0.0045
@@ -148,21 +96,7 @@ def format_csv(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
 
 
 def remove_file(path: str | os.PathLike[str]) -> None:
-    """Remove a file, where there is one.
-
-    Parameters
-    ----------
-    path : path
-
-    Raises
-    ------
-    ArchiveError
-        It cannot be removed.
-
-    Examples
-    --------
-    >>> remove_file("no_such_file.h5")
-    """
+    """Remove a file, where there is one; raises ArchiveError where it cannot be removed."""
     try:
         Path(path).unlink(missing_ok=True)
     except OSError as error:
@@ -172,13 +106,6 @@ def remove_file(path: str | os.PathLike[str]) -> None:
 def remove_temporaries(path: Path) -> None:
     """Remove what killed writers of a file have left beside it; for the holder of its `lock`.
 
-    Parameters
-    ----------
-    path : Path
-        File that was to be written.
-
-    Examples
-    --------
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
     ...     path = Path(folder, "sweep.h5")

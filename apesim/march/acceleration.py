@@ -22,18 +22,9 @@ SHOWN = 0.05
 def way_left(change: float, before: float) -> float:
     """Estimate how far a state has to go, where its changes from cycle to cycle fall by one factor for ever.
 
-    Parameters
-    ----------
-    change, before : float
-        Change over a cycle, and over the one before it; 0: that is not known.
+    Takes the changes over a cycle and over the one before it (0 where that is not known); returns the sum of this
+    change and of all that follow.
 
-    Returns
-    -------
-    float
-        Sum of this change and of all that follow.
-
-    Examples
-    --------
     >>> way_left(1.0, 2.0), round(way_left(1.0, 0.0))
     (2.0, 1000)
     """
@@ -55,37 +46,12 @@ class Secants:
         return any(secant is not None for secant in self._recent)
 
     def forget(self) -> None:
-        """Leave out what was seen before, as behind a change of phase.
-
-        Examples
-        --------
-        >>> secants = Secants()
-        >>> secants.add(np.array([1.0]), np.array([0.5]), np.ones(1))
-        >>> secants.forget()
-        >>> step, left = secants.step(np.array([-0.5]), np.ones(1))
-        >>> float(step[0]), round(left)
-        (-0.5, 500)
-        """
+        """Leave out what was seen before, as behind a change of phase."""
         self._last, self._unexplained = None, 0.0
         self._recent.clear()
 
     def add(self, state: np.ndarray, image: np.ndarray, sizes: np.ndarray) -> None:
-        """Add a state and its image.
-
-        Parameters
-        ----------
-        state : (n,) float array
-            State at the start of a cycle.
-        image : (n,) float array
-            State at its end.
-        sizes : (n,) float array
-            What changes of each element are related to.
-
-        Examples
-        --------
-        >>> secants = Secants()
-        >>> secants.add(np.array([1.0]), np.array([0.5]), np.ones(1))
-        """
+        """Add the state (n,) at the start of a cycle and its image at the end; changes are related to `sizes` (n,)."""
         if self._last:
             moved, image_moved = state - self._last[0], image - self._last[1]
             length = np.abs(moved / sizes).max()
@@ -146,20 +112,10 @@ class Secants:
         return step, max(float(np.abs(step).max()), left)
 
     def correction(self, sizes: np.ndarray) -> np.ndarray:
-        """Matrix that gives the step of a gain, both relative; states that never moved stay.
+        """Return the matrix (n, n) that gives the step of a gain, both relative to `sizes` (n,).
 
-        Parameters
-        ----------
-        sizes : (n,) float array
-            What changes of each element are related to.
+        States that never moved stay, see `apesim.march.periodic.Known`.
 
-        Returns
-        -------
-        (n, n) float array
-            See `apesim.march.periodic.Known`.
-
-        Examples
-        --------
         The map x/2 + 1 gains half of the way to 2:
 
         >>> secants, one = Secants(), np.ones(1)
@@ -176,15 +132,8 @@ class Secants:
         return matrix
 
     def multipliers(self) -> np.ndarray:
-        """Estimate the Floquet multipliers in the directions that the secants show.
+        """Estimate the Floquet multipliers (k,), complex, in the directions that the secants show, if any.
 
-        Returns
-        -------
-        (k,) complex array
-            Eigenvalues of the map's slopes within those directions; none where no secant shows any.
-
-        Examples
-        --------
         The map 1 - 1.2 x has the slope -1.2:
 
         >>> secants = Secants()

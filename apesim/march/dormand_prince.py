@@ -14,43 +14,10 @@ from apesim.march.hybrid_system import rates
 
 @kernel(inline=False)
 def slopes(p: Any, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndarray) -> bool:
-    """Write the rates of a machine, laid down once in compiled code for all callers but the stages.
+    """Write the rates of a machine at `t` [s] into `dy` (m,); return whether the state lies in the domain of the laws.
 
-    Parameters
-    ----------
-    p : NamedTuple
-        Parameters of the machine.
-    t : float
-        Time [s].
-    y : (m,) float array
-        State and ledger.
-    mode : (k,) float array
-        Modes of the machine.
-    dy : (m,) float array
-        Rates; filled.
-
-    Returns
-    -------
-    bool
-        Whether the state lies in the domain of the laws.
-
-    Examples
-    --------
-    >>> from typing import NamedTuple
-    >>> import numpy as np
-    >>> from apesim.kernel import kernel
-    >>> from apesim.march.hybrid_system import rates
-    >>> class Decay(NamedTuple):
-    ...     rate: float
-    >>> @rates.for_type(Decay)
-    ... @kernel
-    ... def decay_rates(p, t, y, mode, dy):
-    ...     dy[0] = -p.rate * y[0]
-    ...     return True
-    >>> p, y, mode = Decay(rate=2.0), np.array([1.0]), np.zeros(1)
-    >>> dy = np.empty(1)
-    >>> slopes(p, 0.0, y, mode, dy), dy.tolist()
-    (True, [-2.0])
+    `y` (m,) holds state and ledger, `mode` (k,) the modes. It is laid down once in compiled code for all callers but
+    the stages.
     """
     return rates(p, t, y, mode, dy)
 

@@ -18,24 +18,10 @@ nothing but rounding flows, which would be compared with itself."""
 
 
 def closure_of(missing: float, moved: float, held: float) -> float:
-    """Return what a ledger does not account for, relative to what flows.
+    """Return what a ledger does not account for, relative to what flows, or to `MIN_SHARE_MOVED` of what is held.
 
-    Parameters
-    ----------
-    missing : float
-        Mass or energy that the ledger does not account for [kg] or [J].
-    moved : float
-        Mass or energy that flows through [kg] or [J].
-    held : float
-        Mass or energy that the volumes hold, all of them together [kg] or [J].
+    All three are masses [kg] or energies [J]; `held` is that of all volumes together.
 
-    Returns
-    -------
-    float
-        Closure, relative to what flows, or to `MIN_SHARE_MOVED` of what is held.
-
-    Examples
-    --------
     >>> closure_of(1e-9, 1e-3, 1e-3), closure_of(0.0, 0.0, 1e-3)
     (1e-06, 0.0)
     """

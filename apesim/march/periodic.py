@@ -182,48 +182,10 @@ class Drive:
     def march(
         self, y: np.ndarray, mode: np.ndarray, count: int = 1, record: Record = NO_RECORD
     ) -> tuple[np.ndarray, np.ndarray, int]:
-        """March some cycles.
+        """March some cycles; return state (m,) and modes (k,) at the end, and the last `apesim.march.adaptive.Status`.
 
-        Parameters
-        ----------
-        y : (m,) float array
-            State at the start; it stays as it is.
-        mode : (k,) float array
-            Modes at the start; they stay as they are.
-        count : int
-            Number of cycles.
-        record : Record
-            Arrays that are written.
-
-        Returns
-        -------
-        y : (m,) float array
-            State at the end; its ledger is that of the last cycles.
-        mode : (k,) float array
-            Modes at the end.
-        status : int
-            Status of the last march, `apesim.march.adaptive.Status`.
-
-        Examples
-        --------
-        A cycle of 1 s of a decay at 2 per second, exp(-2) = 0.1353353:
-
-        >>> from typing import NamedTuple
-        >>> import numpy as np
-        >>> from apesim.kernel import kernel
-        >>> from apesim.march.hybrid_system import rates
-        >>> class Decay(NamedTuple):
-        ...     rate: float
-        >>> @rates.for_type(Decay)
-        ... @kernel
-        ... def decay_rates(p, t, y, mode, dy):
-        ...     dy[0] = -p.rate * y[0]
-        ...     return True
-        >>> p, y, mode = Decay(rate=2.0), np.array([1.0]), np.zeros(1)
-        >>> drive = Drive(p, None, np.array([1.0]), Accuracy(1e-9, 0.1, np.ones(1)))
-        >>> end, _, status = drive.march(y, mode)
-        >>> round(float(end[0]), 7), drive.cycles
-        (0.1353353, 1)
+        `y` and `mode` stay as they are, the arrays of `record` are written; the ledger in the returned state is that of
+        the last cycles.
         """
         y, mode = y.copy(), mode.copy()
         y[len(self.accuracy.scale) :] = 0.0
@@ -245,12 +207,6 @@ class Drive:
     def finer_steps(self) -> Iterator[None]:
         """Hold the steps of cycles to the share `FINE` of their tolerance, as long as the context lasts.
 
-        Yields
-        ------
-        None
-
-        Examples
-        --------
         >>> drive = Drive(None, None, np.array([1.0]), Accuracy(1e-7, 0.1, np.ones(1)))
         >>> with drive.finer_steps():
         ...     print(f"{drive.accuracy.tolerance:.0e}")
@@ -290,16 +246,9 @@ class Settling(NamedTuple):
 def _plain_cycles(
     drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float, max_cycles: int, sure: bool
 ) -> Settling:
-    """Plain cycles until two in a row repeat the state, or four in a row that of two cycles before, or the most.
+    """March plain cycles until two in a row repeat the state, or four in a row that of two cycles before, or the most.
 
-    Parameters
-    ----------
-    sure : bool
-        A small change is enough; else what is still to go has to be small, too.
-
-    Returns
-    -------
-    Settling
+    Where `sure`, a small change is enough; else what is still to go has to be small, too.
     """
     noise = NOISE * drive.accuracy.tolerance
     before = before_that = first = None
@@ -348,13 +297,10 @@ def _is_small(change: float, earlier: float, tolerance: float, sure: bool) -> bo
 
 
 def _newton(drive: Drive, y: np.ndarray, mode: np.ndarray, count: int) -> np.ndarray | None:
-    """One Newton step towards the fixed point of the map of some cycles.
+    """Take one Newton step towards the fixed point of the map of some cycles; None where there is none to take.
 
-    Returns
-    -------
-    array or None
-        None where the cycles change the mode or fail, so that the map has no slope; or where the slope repels, so that
-        the fixed point is none that a machine settles to.
+    That is so where the cycles change the mode or fail, so that the map has no slope; or where the slope repels, so
+    that the fixed point is none that a machine settles to.
     """
     found = _linear_map(drive, y, mode, count)
     if found is None or _swings(drive, found) or found.repelled > _error(drive):
@@ -418,12 +364,9 @@ def _image(drive: Drive, y: np.ndarray, mode: np.ndarray, count: int = 1) -> np.
 def _linear_map(
     drive: Drive, y: np.ndarray, mode: np.ndarray, count: int = 1, nudge: float = NUDGE, image: np.ndarray | None = None
 ) -> Linear | None:
-    """The map of some cycles near a state, by differences; None where it has no slopes.
+    """Return the map of some cycles near a state, by differences; None where it has no slopes.
 
-    Parameters
-    ----------
-    image : array, optional
-        Image of the state, where it is known.
+    `image` is the image of the state, where it is known.
     """
     n, sizes = len(drive.accuracy.scale), _sizes(drive, y)
     image = _image(drive, y, mode, count) if image is None else image
@@ -443,25 +386,12 @@ def _linear_map(
 def _linear(
     drive: Drive, y: np.ndarray, mode: np.ndarray, is_fine: bool, known: Linear | None, error: float
 ) -> Linear | None:
-    """The map of a cycle near the image of a state, by differences that are fine or the usual ones.
+    """Return the map of a cycle near the image of a state, by differences, fine or usual; None where it has no slopes.
 
     In the image those states have settled that do so at once: what a long step leaves of them would hide the slow ones.
-    Slopes of a known state near by are kept where they foretell what the image gains. Fine ones that swing may be taken
-    across the edge of a law: then they are taken to the other side.
-
-    Parameters
-    ----------
-    is_fine : bool
-        Whether steps are held to the share `FINE` of their tolerance, and a nudge to `FINE_NUDGE`.
-    known : Linear or None
-        Map of a state near by.
-    error : float
-        Largest error of the gain that it foretells, over its own, for its slopes to be kept.
-
-    Returns
-    -------
-    Linear or None
-        None where the map has no slopes.
+    Fine means steps held to the share `FINE` of their tolerance, and a nudge to `FINE_NUDGE`. Slopes of `known`, the
+    map of a state near by, are kept where the gain that it foretells is off by at most the share `error`. Fine ones
+    that swing may be taken across the edge of a law: then they are taken to the other side.
     """
     with drive.finer_steps() if is_fine else nullcontext():
         settled = _image(drive, y, mode)
@@ -673,23 +603,11 @@ def known_orbit(p: Any, tables: Any, orbit: Orbit, breakpoints: np.ndarray, accu
 
 
 def _from_known(drive: Drive, known: Known, tolerance: float, record: Record) -> Settling | None:
-    """Broyden's method from a state that is near; None where it does not come to the periodic state at once.
+    """Settle by Broyden's method from a known state that is near; None where that does not succeed at once.
 
-    Nor where a cycle moves what the known cycle held, as a piston in its friction, or ends in another phase: the
-    correction knows nothing of that.
-
-    Parameters
-    ----------
-    drive : Drive
-    known : Known
-    tolerance : float
-        Of the way that is left to the periodic state.
-    record : Record
-        Arrays that each cycle writes anew.
-
-    Returns
-    -------
-    Settling or None
+    None, too, where a cycle moves what the known cycle held, as a piston in its friction, or ends in another phase: the
+    correction knows nothing of that. The tolerance is that of the way left to the periodic state; each cycle writes the
+    arrays of `record` anew.
     """
     n, y, mode, correction = len(drive.accuracy.scale), known.y, known.mode, known.correction
     if len(correction) != n:
@@ -806,14 +724,10 @@ def _settled(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float, ma
 
 
 def _subharmonic(drive: Drive, found: Settling, max_cycles: int) -> Settling:
-    """Plain cycles until the state repeats after some of them, as a driven oscillator's may, or shows no sign of it.
+    """March plain cycles until the state repeats after some of them, as in a driven oscillator, or no sign of it shows.
 
     It repeats where its change over a period is no more than the solver's error through two periods, and does not add
     up: a drift does. What changes by no more than that error from cycle to cycle has no such period.
-
-    Returns
-    -------
-    Settling
     """
     scale, tolerance = drive.accuracy.scale, drive.accuracy.tolerance
     passed: list[tuple[np.ndarray, np.ndarray]] = [(found.y, found.mode)]

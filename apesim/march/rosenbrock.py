@@ -71,58 +71,14 @@ def slopes_of_rates(
     jacobian: np.ndarray,
     room: np.ndarray,
 ) -> int:
-    """Take the slopes of the rates of states and ledger, over the states and over time.
+    """Take the slopes of the rates of states and ledger over the states and time into `jacobian` (m, n + 1), time last.
 
-    Over the states they are central differences: forward ones, which are off by 1e-8, leave steps a tenth as long where
-    an area is large for its volume. States that stand still, whatever the others and the time do, as those of a valve
-    at rest, move nothing in a step: slopes over them are left at 0.
-
-    Parameters
-    ----------
-    p : NamedTuple
-        Parameters of the machine.
-    t, h : float
-        Start and length of the step [s].
-    y : (m,) float array
-        State and ledger.
-    mode : (k,) float array
-        Modes of the machine.
-    scale : (n,) float array
-        Scale of the error of each integrated state.
-    k : (7, m) float array
-        Rates; k[0] given at (t, y), k[1] overwritten.
-    trial : (m,) float array
-        Overwritten.
-    jacobian : (m, n + 1) float array
-        Slopes over the states, and over time in the last column; filled.
-    room : (n, n + 2) float array
-        Overwritten in its last two columns: which states stand still, and whose slopes are taken.
-
-    Returns
-    -------
-    int
-        Number of evaluations of the rates; 0 where a state near by lies outside the domain of the laws.
-
-    Examples
-    --------
-    A decay at 2 per second, by one evaluation later and two to both sides:
-
-    >>> from typing import NamedTuple
-    >>> import numpy as np
-    >>> from apesim.kernel import kernel
-    >>> from apesim.march.hybrid_system import rates
-    >>> class Decay(NamedTuple):
-    ...     rate: float
-    >>> @rates.for_type(Decay)
-    ... @kernel
-    ... def decay_rates(p, t, y, mode, dy):
-    ...     dy[0] = -p.rate * y[0]
-    ...     return True
-    >>> p, y, mode = Decay(rate=2.0), np.array([1.0]), np.zeros(1)
-    >>> k, trial, jacobian, room = np.zeros((7, 1)), np.empty(1), np.empty((1, 2)), np.empty((1, 3))
-    >>> _ = slopes(p, 0.0, y, mode, k[0])
-    >>> slopes_of_rates(p, 0.0, 0.1, y, mode, np.ones(1), k, trial, jacobian, room), round(float(jacobian[0, 0]), 6)
-    (3, -2.0)
+    Returns the number of evaluations of the rates; 0 where a state near by lies outside the domain of the laws. `t` and
+    `h` are start and length of the step [s], `k[0]` of `k` (7, m) the rates there; `k[1]`, `trial` (m,) and the last
+    two columns of `room` (n, n + 2) are overwritten: which states stand still, and whose slopes are taken. Over the
+    states they are central differences: forward ones, off by 1e-8, leave steps a tenth as long where an area is large
+    for its volume. States that stand still whatever the others and the time do, as those of a valve at rest, have
+    slopes of 0.
     """
     m, n = y.shape[0], scale.shape[0]
     still, taken = n, n + 1

@@ -27,15 +27,8 @@ Given = WithUnit | float
 class Arguments:
     """The arguments of one call: all are read, and what is wrong is raised for all of them at once.
 
-    Parameters
-    ----------
-    function : str
-        Name of the function, for messages.
-    ambient_pressure : float, optional
-        What gauge pressures stand above [Pa].
+    Messages name `function`; gauge pressures stand above `ambient_pressure` [Pa].
 
-    Examples
-    --------
     >>> from apesim.quantities import Quantity
     >>> arguments = Arguments("run_pump")
     >>> speed = arguments.quantity("speed", "600 rpm", Quantity("rpm", 1, 3000, "a call"))
@@ -50,28 +43,10 @@ class Arguments:
         self.faults: list[Fault] = []
 
     def quantity(self, name: str, given: Any, declaration: Declared) -> Any:
-        """Return an argument in SI, from a text with a unit or a number in SI; note its fault where it is wrong.
+        """Return an argument in SI as `value_of` does; None where it is None, or wrong: then its fault is noted.
 
-        Parameters
-        ----------
-        name : str
-            Name of the argument.
-        given : str, tuple, float, int, array or None
-            What the caller gave: a text with its unit, a number with its unit in a tuple, or a number in SI, which a
-            speed or an angle cannot be; a word or its index; a path or an array.
-        declaration : Quantity, Choice or Curve
-            What the value may be.
-
-        Returns
-        -------
-        float, int, (n, 2) float array or None
-            Value in SI, as `value_of` returns it; None where `given` is None or wrong.
-
-        Examples
-        --------
-        >>> from apesim.quantities import Quantity
-        >>> Arguments("run_pump").quantity("stroke", "9 mm", Quantity("mm", 1, 50, "chosen"))
-        0.009
+        It may be a text with its unit, a number with its unit in a tuple, a number in SI (not for a speed or an angle),
+        a word or its index, a path or an array.
         """
         if given is None:
             return None
@@ -82,28 +57,10 @@ class Arguments:
             return None
 
     def range(self, name: str, given: Any, declaration: Declared) -> list[Any]:
-        """Return several values in SI, from a range or list; note their faults where some are wrong.
+        """Return several values in SI, from a range or list; empty where some are wrong, whose faults are noted.
 
-        Parameters
-        ----------
-        name : str
-            Name of the argument.
-        given : str, tuple, float, or iterable of them
-            Range or list in a text, an array with its unit in a tuple, one number in SI, or a sequence of texts and
-            numbers. A speed or an angle has to have its unit.
-        declaration : Quantity, Choice or Curve
-            What each value may be.
-
-        Returns
-        -------
-        list of float, int or array
-            Values in SI; empty where one of them is wrong.
-
-        Examples
-        --------
-        >>> from apesim.quantities import Quantity
-        >>> Arguments("run_pump").range("stroke", "8 mm, 9 mm", Quantity("mm", 1, 50, "chosen"))
-        [0.008, 0.009]
+        It may be a range or list in a text, an array with its unit in a tuple, one number in SI, or a sequence of texts
+        and numbers; a speed or an angle has to have its unit.
         """
         try:
             return values_of(given, declaration, self.ambient_pressure, name, self.where)
@@ -112,43 +69,11 @@ class Arguments:
             return []
 
     def fault(self, name: str, wrong: str, right: str) -> None:
-        """Note a fault that only several arguments show together.
-
-        Parameters
-        ----------
-        name : str
-            Name of the argument that the message begins with.
-        wrong : str
-            What is wrong with it.
-        right : str
-            What would be right.
-
-        Examples
-        --------
-        >>> arguments = Arguments("run_pump")
-        >>> arguments.fault("stop", "lies before start", "give a later one")
-        >>> print(*arguments.faults)
-        run_pump(): stop: lies before start; give a later one
-        """
+        """Note a fault that only several arguments show together; the message begins with the argument `name`."""
         self.faults.append(Fault(self.where, name, wrong, right))
 
     def refuse(self) -> None:
-        """Refuse the call if any of its arguments is wrong.
-
-        Raises
-        ------
-        InputError
-            A fault was noted; holds all of them.
-
-        Examples
-        --------
-        >>> arguments = Arguments("run_pump")
-        >>> arguments.fault("stop", "lies before start", "give a later one")
-        >>> arguments.refuse()
-        Traceback (most recent call last):
-        ...
-        apesim.quantities.input_errors.InputError: run_pump(): stop: lies before start; give a later one
-        """
+        """Refuse the call if any of its arguments is wrong: raises InputError with all faults that were noted."""
         if self.faults:
             raise InputError(self.faults)
 
@@ -158,29 +83,9 @@ def value_of(
 ) -> Any:
     """Return the value in SI of a text or number with its unit, or of a number in SI; a choice is its word or index.
 
-    Parameters
-    ----------
-    given : str, tuple, float, int or array
-        What the caller gave.
-    declaration : Quantity, Choice or Curve
-        What the value may be.
-    ambient_pressure : float, optional
-        Pressure that gauge pressures stand above [Pa, absolute].
-    where, file : str
-        Key and what it was given to, for the message.
+    A choice gives its index, a curve its two columns in SI (n, 2). Gauge pressures stand above `ambient_pressure` [Pa
+    abs]. Raises InputError, which names `where` and `file`, where the value is refused.
 
-    Returns
-    -------
-    float, int or (n, 2) float array
-        Value of a quantity in SI, index of a choice, or the two columns of a curve in SI.
-
-    Raises
-    ------
-    InputError
-        The value is refused; holds one fault.
-
-    Examples
-    --------
     >>> from apesim.quantities import Pressure
     >>> supply = Pressure(0.1, 2, "chosen")
     >>> value_of("0.4 MPa gauge", supply, ambient_pressure=101325.0), value_of((5, "bar abs"), supply)
@@ -199,30 +104,9 @@ def value_of(
 def checked_value(given: Any, declaration: Declared, ambient_pressure: float | None = None) -> Any:
     """Return the value in SI of a text or number, in the type that the kernels are compiled for.
 
-    Parameters
-    ----------
-    given : str, tuple, path, float, int or array
-        What the caller gave; a text, a path or a number with its unit is read, anything else is checked.
-    declaration : Quantity, Choice or Curve
-        What the value may be.
-    ambient_pressure : float, optional
-        Pressure that gauge pressures stand above [Pa, absolute].
-
-    Returns
-    -------
-    float, int or (n, 2) float array
-        Value of a quantity in SI, index of a choice, or the two columns of a curve in SI.
-
-    Raises
-    ------
-    InvalidValue
-        The value is refused.
-
-    Examples
-    --------
-    >>> from apesim.quantities import Quantity
-    >>> checked_value(1, Quantity("m", 0, 2, "chosen")), checked_value((1, "mm"), Quantity("m", 0, 2, "chosen"))
-    (1.0, 0.001)
+    A text, a path or a number with its unit is read, anything else is checked; a choice gives its index, a curve its
+    two columns (n, 2). Gauge pressures stand above `ambient_pressure` [Pa abs]. Raises InvalidValue where it is
+    refused.
     """
     if isinstance(given, str) or hasattr(given, "__fspath__") or (declaration.is_table and isinstance(given, Mapping)):
         return declaration.read(given, ambient_pressure)
@@ -289,36 +173,8 @@ def values_of(
 ) -> list[Any]:
     """Return the values in SI of a range or list in a text, of one number, or of a sequence of texts and numbers.
 
-    Parameters
-    ----------
-    given : str, tuple, float, or iterable of them
-        What the caller gave.
-    declaration : Quantity, Choice or Curve
-        What each value may be.
-    ambient_pressure : float, optional
-        Pressure that gauge pressures stand above [Pa, absolute].
-    where, file : str
-        Key and what it was given to, for the message.
-
-    Returns
-    -------
-    list of float, int or array
-        Values in SI, each as `value_of` returns it.
-
-    Raises
-    ------
-    InputError
-        An item is refused; holds a fault for each that is.
-
-    Examples
-    --------
-    >>> from apesim.quantities import Quantity
-    >>> values_of(["8 mm", 0.009], Quantity("mm", 1, 50, "chosen"))
-    [0.008, 0.009]
-    >>> values_of(([60, 70], "deg"), Quantity("deg", 0, 360, "chosen")) == values_of(
-    ...     "60 deg, 70 deg", Quantity("deg", 0, 360, "chosen")
-    ... )
-    True
+    Each is as `value_of` returns it; gauge pressures stand above `ambient_pressure` [Pa abs]. Raises InputError with a
+    fault for each item that is refused; messages name `where` and `file`.
     """
     if isinstance(given, str):
         return parse_range(given, declaration, ambient_pressure, where, file)

@@ -10,38 +10,9 @@ from apesim.quantities.trees import faults, fields, is_section, joined
 def check(tree: Any, cls: Any, where: str) -> Any:
     """Refuse a tree whose text `apesim.quantities.reading.read` would refuse; else return it as kernels need it.
 
-    Parameters
-    ----------
-    tree : NamedTuple
-        Instance of a parameter class, its values in SI.
-    cls : type
-        Parameter class that it has to be of.
-    where : str
-        What it was given to, for messages.
-
-    Returns
-    -------
-    NamedTuple
-        The same tree; where a number is an int, a fraction or of another precision, a copy with a float for it.
-
-    Raises
-    ------
-    InputError
-        Something is of another class, unknown, no number or out of range; or if nothing is, the ``faults`` methods
-        find a fault. Holds every fault.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> check(Valve(stroke=8e-3), Valve, "run()")
-    Valve(stroke=0.008)
-    >>> check(Valve(stroke=8.0), Valve, "run()")
-    Traceback (most recent call last):
-    ...
-    apesim.quantities.input_errors.InputError: run(): stroke: 8000 mm is out of range; allowed: 1 to 50 mm
+    Where a number is an int, a fraction or of another precision, that is a copy with a float for it. Raises InputError
+    with every fault where something is of another class than `cls` has it, unknown, no number or out of range, or if
+    nothing is, where the ``faults`` methods find a fault; messages name `where`.
     """
     tree = check_values(tree, cls, where)
     if all_faults := [Fault(where, *fault) for fault in faults(tree)]:
@@ -50,35 +21,10 @@ def check(tree: Any, cls: Any, where: str) -> Any:
 
 
 def check_values(tree: Any, cls: Any, where: str) -> Any:
-    """Refuse a tree with a value that is wrong by itself; else return it as kernels need it.
+    """Refuse a tree with a value that is wrong by itself; else return it as kernels need it, see `check`.
 
-    Parameters
-    ----------
-    tree : NamedTuple
-        Instance of a parameter class, its values in SI.
-    cls : type
-        Parameter class that it has to be of.
-    where : str
-        What it was given to, for messages.
-
-    Returns
-    -------
-    NamedTuple
-        The same tree, see `check`.
-
-    Raises
-    ------
-    InputError
-        Something is of another class, unknown, no number or out of range. Holds every fault.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("m", 0, 9, "chosen")] = 9e-3
-    >>> check_values(Valve(stroke=1), Valve, "run()")
-    Valve(stroke=1.0)
+    Raises InputError with every fault where something is of another class than `cls` has it, unknown, no number or out
+    of range; messages name `where`.
     """
     all_faults: list[Fault] = []
     tree = _checked(tree, cls, all_faults, where, cls, ())

@@ -27,14 +27,9 @@ class Curve(Declaration):
     """Two columns of numbers; inside an array in SI, shape (n, 2), n >= 2, the first column rising.
 
     In a file it is the path of a CSV, which lies in the folder of that file or below, or a table of two lists; both
-    name the columns with units. A CSV may hold more columns. A path on the command line may lead anywhere.
-
-    Parameters
-    ----------
-    columns : tuple of str
-        Names and display units, e.g. ``("time [ms]", "opening [-]")``.
-    source : str
-        Where such a curve comes from.
+    name the columns with units. A CSV may hold more columns. A path on the command line may lead anywhere. Columns are
+    declared by name and display unit, e.g. ``("time [ms]", "opening [-]")``; `source` says where such a curve comes
+    from.
     """
 
     columns: tuple[str, str]
@@ -53,34 +48,12 @@ class Curve(Declaration):
     def read(
         self, raw: Any, ambient_pressure: float | None = None, folder: str | PathLike[str] | None = None
     ) -> np.ndarray:
-        """Return the curve that a user wrote or named.
+        """Return the curve (n, 2) in SI that a user wrote as a table of two lists, or named by a CSV's path.
 
-        Parameters
-        ----------
-        raw : str, dict or pathlib.Path
-            A table of two lists, by their headers; or the path of a CSV. A text is a path from `folder`, and stays in
-            it; a Path, which no file holds, may lead anywhere. "" is no curve.
-        ambient_pressure : float, optional
-            Unused.
-        folder : path, optional
-            Folder of the file that names the curve; left out, the user does, and a text may lead anywhere, too.
-
-        Returns
-        -------
-        (n, 2) float array
-            Both columns in SI, the first one rising, n >= 2; `NO_CURVE` for "".
-
-        Raises
-        ------
-        InvalidValue
-            The file cannot be read, a column is missing or has a wrong unit, a value is no finite number, or the first
-            column does not rise.
-
-        Examples
-        --------
-        >>> lift = Curve(("time [ms]", "lift [mm]"), "measured")
-        >>> lift.read({"time [ms]": [0, 2], "lift [mm]": [0, 9]}).tolist()
-        [[0.0, 0.0], [0.002, 0.009]]
+        "" gives `NO_CURVE`. A text is a path from `folder`, that of the file which names the curve, and stays in it;
+        without a folder, and for a Path, it may lead anywhere. The ambient pressure is unused. Raises InvalidValue
+        where the file cannot be read, a column is missing or has a wrong unit, a value is no finite number, or the
+        first column does not rise.
         """
         lists = ", ".join(f'"{header}" = [...]' for header in self.columns)
         right = f"give the path of {self.range_text}, or a table {{ {lists} }}"
@@ -130,22 +103,9 @@ class Curve(Declaration):
         return values
 
     def check(self, value: Any) -> None:
-        """Refuse an array, made in Python, that no file could have given.
+        """Refuse an array, made in Python, that no file could have given; (0, 2) is no curve and taken.
 
-        Parameters
-        ----------
-        value : (n, 2) array
-            Both columns in SI; n = 0 is no curve.
-
-        Raises
-        ------
-        InvalidValue
-            The shape or type is wrong, a number is not finite, or the first column does not rise.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> Curve(("time [ms]", "lift [mm]"), "measured").check(np.array([[0.0, 0.0], [0.002, 0.009]]))
+        Raises InvalidValue where the shape or type is wrong, a number is not finite, or the first column does not rise.
         """
         array = np.asarray(value)
         if array.shape == NO_CURVE.shape and array.dtype == NO_CURVE.dtype:
@@ -163,25 +123,9 @@ class Curve(Declaration):
         return value if lies_right else np.array(value, dtype=float, order="C")
 
     def render(self, value: np.ndarray, ambient_pressure: float | None = None) -> dict[str, list[float]] | str:
-        """Return the table in SI units that reads back as a curve.
+        """Return the table in SI units, numbers by header, that reads back as a curve (n, 2); "" for no curve.
 
-        Parameters
-        ----------
-        value : (n, 2) float array
-            Both columns in SI.
-        ambient_pressure : float, optional
-            Unused.
-
-        Returns
-        -------
-        dict of str to list of float, or str
-            Numbers by header; "" for no curve.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> Curve(("time [ms]", "lift [mm]"), "measured").render(np.array([[0.0, 0.0], [0.002, 0.009]]))
-        {'time [s]': [0.0, 0.002], 'lift [m]': [0.0, 0.009]}
+        The ambient pressure is unused.
         """
         if not len(value):
             return ""

@@ -14,25 +14,7 @@ MAX_BYTES = 10_000_000
 
 
 def split_header(text: str) -> tuple[str, str | None]:
-    """Split a column header into name and unit.
-
-    Parameters
-    ----------
-    text : str
-        Header, e.g. "lift [mm]".
-
-    Returns
-    -------
-    name : str
-        Name of the column.
-    unit : str or None
-        Unit; None where there is none.
-
-    Examples
-    --------
-    >>> split_header("lift [mm]"), split_header("lift")
-    (('lift', 'mm'), ('lift', None))
-    """
+    """Split a column header such as "lift [mm]" into name and unit; the unit is None where there is none."""
     text = text.strip()
     name, bracket, named = text.removesuffix("]").partition("[")
     name = name.rstrip()
@@ -44,27 +26,9 @@ def split_header(text: str) -> tuple[str, str | None]:
 def path_below(folder: str | PathLike[str], name: str) -> Path:
     """Return the path of a file that another file names, from the folder of that file.
 
-    What a stranger's file names lies beside it: were any path read, a message could show a line of any file.
+    Raises InvalidValue where, links followed, it lies outside of the folder, or is a folder itself. What a stranger's
+    file names lies beside it: were any path read, a message could show a line of any file.
 
-    Parameters
-    ----------
-    folder : path
-        Folder of the file that names the other.
-    name : str
-        Path in that folder.
-
-    Returns
-    -------
-    pathlib.Path
-        Path of the file.
-
-    Raises
-    ------
-    InvalidValue
-        Links followed, it lies outside of the folder, or is a folder itself.
-
-    Examples
-    --------
     >>> path_below("data", "curve.csv").as_posix()
     'data/curve.csv'
     >>> path_below("data", "../curve.csv")  # doctest: +ELLIPSIS
@@ -87,31 +51,9 @@ def path_below(folder: str | PathLike[str], name: str) -> Path:
 
 
 def text_of(path: str | PathLike[str], smaller: str = "") -> str:
-    """Return the text of a UTF-8 file.
+    """Return the text of a UTF-8 file; raises InvalidValue where it cannot be read, is no regular file or is too large.
 
-    Parameters
-    ----------
-    path : path
-        File.
-    smaller : str
-        Remedy for one that is too large.
-
-    Returns
-    -------
-    str
-        Its text.
-
-    Raises
-    ------
-    InvalidValue
-        The file cannot be read, is no regular file, or is too large.
-
-    Examples
-    --------
-    >>> text_of("no such file")
-    Traceback (most recent call last):
-        ...
-    apesim.quantities.input_errors.InvalidValue: ("'no such file' cannot be read: No such file or directory", '')
+    `smaller` is the remedy for one that is too large.
     """
     name = quoted(str(path))
     try:
@@ -131,25 +73,9 @@ def text_of(path: str | PathLike[str], smaller: str = "") -> str:
 def open_regular(path: str, flags: int) -> int:
     """Open a regular file; a pipe is not waited for, nor a device read that never ends.
 
-    Parameters
-    ----------
-    path : str
-        File.
-    flags : int
-        Flags of `os.open`.
+    Takes flags of `os.open` and returns a descriptor, for the argument ``opener`` of `open`. Raises OSError where the
+    file cannot be opened, or is no regular one.
 
-    Returns
-    -------
-    int
-        Descriptor, for the argument ``opener`` of `open`.
-
-    Raises
-    ------
-    OSError
-        The file cannot be opened, or is no regular one.
-
-    Examples
-    --------
     >>> open_regular(os.curdir, os.O_RDONLY)
     Traceback (most recent call last):
         ...
@@ -165,26 +91,9 @@ def open_regular(path: str, flags: int) -> int:
 
 
 def require_file(path: Path, right: str = "") -> None:
-    """Refuse what is no regular file.
+    """Refuse what is no regular file, by InvalidValue: no such file, a folder, a pipe or a device.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        File that is to be read.
-    right : str
-        Remedy where there is none.
-
-    Raises
-    ------
-    InvalidValue
-        There is no such file, it is a folder, a pipe or a device, or the system does not tell.
-
-    Examples
-    --------
-    >>> require_file(Path("no such file"))
-    Traceback (most recent call last):
-        ...
-    apesim.quantities.input_errors.InvalidValue: ("there is no file 'no such file'", '')
+    So it does where the system does not tell; `right` is the remedy where there is none.
     """
     name = quoted(str(path))
     try:
@@ -196,25 +105,10 @@ def require_file(path: Path, right: str = "") -> None:
 
 
 def csv_columns(path: Path) -> dict[tuple[str, str | None], tuple[str, ...]]:
-    r"""Return the columns of a CSV.
+    r"""Return the texts of each column of a CSV, by name and unit (None without one).
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        File.
+    Raises InvalidValue where the file cannot be read, or is no CSV with one header.
 
-    Returns
-    -------
-    dict
-        Texts of each column, by name and unit.
-
-    Raises
-    ------
-    InvalidValue
-        The file cannot be read, or is no CSV with one header.
-
-    Examples
-    --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "curve.csv")

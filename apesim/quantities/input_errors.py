@@ -14,16 +14,9 @@ Name = TypeVar("Name")
 
 
 class InvalidValue(ValueError):
-    """Value that cannot be taken.
+    """Value that cannot be taken, with what is wrong and what would be right ("" where an example says it best).
 
-    Parameters
-    ----------
-    wrong : str
-        What is wrong with it.
-    right : str
-        What would be right; "" where an example says it best.
-    parts : tuple of (str, InvalidValue)
-        Of a table, every key in it that is wrong; `wrong` and `right` are those of the first.
+    `parts` holds, for a table, every key in it that is wrong; `wrong` and `right` are those of the first.
     """
 
     def __init__(self, wrong: str, right: str = "", parts: "tuple[tuple[str, InvalidValue], ...]" = ()) -> None:
@@ -71,21 +64,8 @@ class InputError(Exception):
 def name_unknown(names: Sequence[Name], fault_of: Callable[[Name], Fault], file: str, section: str) -> Iterator[Fault]:
     """Find the faults of unknown names: one for each of the first `MAX_NAMED`, and one for all others.
 
-    Parameters
-    ----------
-    names : sequence
-        Names that nobody knows.
-    fault_of : function
-        Fault of one of them, with the nearest right name.
-    file, section : str
-        File and table that they stand in.
+    `fault_of` gives the fault of one of them, with the nearest right name; they stand in the table `section` of `file`.
 
-    Yields
-    ------
-    Fault
-
-    Examples
-    --------
     >>> faults = name_unknown([f"a{i}" for i in range(60)], lambda name: Fault("", name, "", ""), "mine.toml", "engine")
     >>> print(list(faults)[-1])
     mine.toml: engine: 10 more unknown keys; mend the first 50 of them
@@ -96,23 +76,7 @@ def name_unknown(names: Sequence[Name], fault_of: Callable[[Name], Fault], file:
 
 
 def quoted(raw: Any) -> str:
-    """Return what the user wrote, on one line and not too long.
-
-    Parameters
-    ----------
-    raw : object
-        What the user wrote.
-
-    Returns
-    -------
-    str
-        Its representation, shortened in the middle above 60 characters.
-
-    Examples
-    --------
-    >>> print(quoted("9 mm"), quoted(9))
-    '9 mm' 9
-    """
+    """Return what the user wrote, on one line: its representation, shortened in the middle above 60 characters."""
     try:
         text = repr(raw)
     except ValueError:  # Python refuses to print integers of thousands of digits
@@ -132,30 +96,10 @@ def make_fault(
     default: Any = math.nan,
     ambient_pressure: float | None = None,
 ) -> Fault:
-    """Make the `Fault` of an `InvalidValue`; where that names no right form, the default shows one.
+    """Make the `Fault` of an `InvalidValue`; where that names no right form, the default (in SI) shows one.
 
-    Parameters
-    ----------
-    file : str
-        File, or part of the command line.
-    key : str
-        Key of the machine file, or option.
-    wrong : InvalidValue
-        What is wrong.
-    declaration : apesim.quantities.declarations.Declaration
-        What the value may be.
-    default : object
-        Default value in SI, shown as a right form.
-    ambient_pressure : float, optional
-        Pressure that gauge pressures stand above [Pa].
+    `file` may be a part of the command line, and `key` an option; gauge pressures stand above `ambient_pressure` [Pa].
 
-    Returns
-    -------
-    Fault
-        Fault with its remedy.
-
-    Examples
-    --------
     >>> from apesim.quantities import Quantity
     >>> stroke = Quantity("mm", 1, 50, "chosen")
     >>> print(make_fault("mine.toml", "valve.stroke", InvalidValue("has no unit"), stroke, 9e-3))

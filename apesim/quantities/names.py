@@ -120,56 +120,18 @@ def known_units() -> dict[str, tuple[Fraction, Bases]]:
 
 
 def bases_of(units: str) -> Bases:
-    """Return the pairs of base unit and exponent that a text of SI units stands for.
+    """Return the pairs of base unit and exponent of a text of SI units, such as "m s^-2", in its order.
 
-    Parameters
-    ----------
-    units : str
-        Symbols of `BASES` with spaces between them, each with its power: "m s^-2".
-
-    Returns
-    -------
-    tuple of (str, int)
-        Names of base units and their exponents, in the order of the text.
-
-    Raises
-    ------
-    KeyError
-        A symbol is not in `BASES`.
-
-    Examples
-    --------
-    >>> bases_of("m s^-2")
-    (('meter', 1), ('second', -2))
+    Raises KeyError where a symbol is not in `BASES`.
     """
     factors = (unit.partition("^") for unit in units.split())
     return tuple((BASES[name], int(power or 1)) for name, _, power in factors)
 
 
 def named(name: str) -> tuple[Fraction, Bases]:
-    """Return what a single name of a unit stands for.
+    """Return what a single name of a unit stands for: its factor to SI, and its pairs of base unit and exponent.
 
-    Parameters
-    ----------
-    name : str
-        Letters, "%" or "°".
-
-    Returns
-    -------
-    factor : Fraction
-        Factor to SI.
-    bases : tuple of (str, int)
-        Pairs of base unit and exponent.
-
-    Raises
-    ------
-    InvalidValue
-        It names no unit that numbers are multiplied with.
-
-    Examples
-    --------
-    >>> named("kPa")
-    (Fraction(1000, 1), (('kilogram', 1), ('meter', -1), ('second', -2)))
+    The name is letters, "%" or "°"; raises InvalidValue where it names no unit that numbers are multiplied with.
     """
     try:
         return known_units()[name]
@@ -180,18 +142,6 @@ def named(name: str) -> tuple[Fraction, Bases]:
 def nearest(name: str) -> str:
     """Return the right name that is nearest to an unknown one; the unknown one itself where none is near.
 
-    Parameters
-    ----------
-    name : str
-        Name as the user wrote it.
-
-    Returns
-    -------
-    str
-        Right name, or unit of several names such as "N m".
-
-    Examples
-    --------
     >>> nearest("Mpa"), nearest("milimeter"), nearest("Nm"), nearest("xyz")
     ('MPa', 'millimeter', 'N m', 'xyz')
     """

@@ -17,38 +17,10 @@ Declared = Quantity | Choice | Curve
 def parse(
     text: Any, declaration: Declared, ambient_pressure: float | None = None, where: str = "", file: str = ""
 ) -> Any:
-    """Return the value in SI of a single text, such as an option of the command line.
+    """Return the value in SI of a single text, such as an option of the command line: "9 mm", "0.49 MPa gauge", "epv".
 
-    Parameters
-    ----------
-    text : str
-        Number with its unit, word of a choice or path of a curve: "9 mm", "0.49 MPa gauge", "epv".
-    declaration : Quantity, Choice or Curve
-        What the value may be: its unit and range, its words, or its columns.
-    ambient_pressure : float, optional
-        Pressure that gauge pressures stand above [Pa, absolute].
-    where, file : str
-        Option or key, and file, for the message.
-
-    Returns
-    -------
-    float, int or (n, 2) float array
-        Value of a quantity in SI, index of a choice, or the two columns of a curve in SI.
-
-    Raises
-    ------
-    InputError
-        The text is refused; holds one fault.
-
-    Examples
-    --------
-    >>> from apesim.quantities import Choice, Quantity
-    >>> parse("9 mm", Quantity("mm", 1, 50, "chosen")), parse("cam", Choice(("epv", "cam"), "chosen"))
-    (0.009, 1)
-    >>> parse("99 mm", Quantity("mm", 1, 50, "chosen"), where="stroke")
-    Traceback (most recent call last):
-    ...
-    apesim.quantities.input_errors.InputError: stroke: '99 mm' is out of range; allowed: 1 to 50 mm
+    A choice gives its index, a curve, named by its path, its two columns (n, 2). Gauge pressures stand above
+    `ambient_pressure` [Pa abs]. Raises InputError, which names `where` and `file`, where the text is refused.
     """
     try:
         return declaration.read(text, ambient_pressure)
@@ -76,34 +48,12 @@ def parse_range(
     where: str = "",
     file: str = "",
 ) -> list[Any]:
-    """Return the values in SI of a range or list.
+    """Return the values in SI, at most `MAX_POINTS`, of a range "300:3000:100 rpm", a list "500, 600 rpm", or texts.
 
-    Parameters
-    ----------
-    text : str or list of str
-        "300:3000:100 rpm" (start:stop:step; the stop is included if a step meets it),
-        "0.4:1.0:0.2 MPa gauge", "500 rpm, 600 rpm", "500, 600 rpm" (the unit at the end is that of all), or a list
-        of single texts.
-    declaration : Quantity, Choice or Curve
-        What each value may be.
-    ambient_pressure : float, optional
-        Pressure that gauge pressures stand above [Pa, absolute].
-    where, file : str
-        Option or key, and file, for the message.
+    A range is start:stop:step, the stop included if a step meets it; a unit at the end alone is that of all. Gauge
+    pressures stand above `ambient_pressure` [Pa abs]. Raises InputError, which names `where` and `file`, where there is
+    no value or too many, or some are refused: a fault for each wrong item of a list, or the one of a start:stop:step.
 
-    Returns
-    -------
-    list of float, int or array
-        At most `MAX_POINTS` values, each as `parse` returns it.
-
-    Raises
-    ------
-    InputError
-        There is no value or too many, or some are refused; holds a fault for each wrong item of a list, or the
-        one of a start:stop:step.
-
-    Examples
-    --------
     >>> from apesim.quantities import Quantity
     >>> stroke = Quantity("mm", 1, 50, "chosen")
     >>> parse_range("2:6:2 mm", stroke), parse_range("2, 5 mm", stroke)

@@ -31,46 +31,12 @@ COMMAND_LINE = "--set"
 
 
 def read(cls: Any, data: Mapping[str, Any], file: str, assigned: Container[str] = frozenset()) -> Any:
-    """Return an instance of a parameter class from parsed TOML.
+    """Return an instance of a parameter class, its values in SI, from the nested tables of parsed TOML.
 
-    The ambient pressure (``ambient.pressure``, if the class has one) is read first, for the gauge pressures.
-
-    Parameters
-    ----------
-    cls : type
-        Parameter class at the root.
-    data : mapping of str to object
-        Nested tables, as `tomllib` returns them.
-    file : str
-        File, for messages; paths in it start in its folder.
-    assigned : set of str
-        Keys that the command line has set, for messages.
-
-    Returns
-    -------
-    NamedTuple
-        Instance of `cls`, its values in SI.
-
-    Raises
-    ------
-    InputError
-        A key is unknown, a value is wrong, or an optional section lacks its due keys; or if none is, the ``faults``
-        methods find a fault. Holds every fault.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> read(Machine, {"valve": {"stroke": "8 mm"}}, "mine.toml")
-    Machine(valve=Valve(stroke=0.008))
-    >>> read(Machine, {"valve": {"strok": "8 mm"}}, "mine.toml")
-    Traceback (most recent call last):
-    ...
-    apesim.quantities.input_errors.InputError: mine.toml: valve.strok: unknown key; did you mean valve.stroke?
+    The ambient pressure (``ambient.pressure``, if the class has one) is read first, for the gauge pressures; paths
+    start in the folder of `file`. Raises InputError with every fault where a key is unknown, a value is wrong, or an
+    optional section lacks its due keys; or if none is, where the ``faults`` methods find a fault. `assigned` are keys
+    that the command line has set, for messages.
     """
     from pydantic import ValidationError
 
@@ -170,53 +136,17 @@ def _respell(cls: Any, data: dict[str, Any], place: Callable[[str], str]) -> Ite
 
 
 def given_beside(file: str, key: str, other: str) -> Fault:
-    """Return the fault of a key that is given in two spellings.
-
-    Parameters
-    ----------
-    file : str
-        Where they were given, for the message.
-    key, other : str
-        Both spellings.
-
-    Returns
-    -------
-    Fault
-        Fault with its remedy.
-
-    Examples
-    --------
-    >>> print(given_beside("mine.toml", "valve.piston_diameter", "valve.piston_area"))
-    mine.toml: valve.piston_diameter: is given beside valve.piston_area, whose other spelling it is; give one of them
-    """
+    """Return the fault of a key that is given in two spellings, `key` and `other`."""
     return Fault(file, key, f"is given beside {other}, whose other spelling it is", "give one of them")
 
 
 def absent_due(
     cls: Any, data: Mapping[str, Any], file: str, assigned: Container[str], section: str = ""
 ) -> Iterator[Fault]:
-    """Find the optional sections that are present without any of their due keys.
+    """Find the optional sections that are present without any of their due keys, see `apesim.quantities.trees.due`.
 
-    Parameters
-    ----------
-    cls : type
-        Parameter class; its ``due`` names the keys, see `apesim.quantities.trees.due`.
-    data : mapping of str to object
-        Nested tables of that class.
-    file : str
-        File, for messages.
-    assigned : set of str
-        Full keys that the command line has set, for messages.
-    section : str
-        Set before the keys.
+    `section` is set before the keys; `assigned` are full keys that the command line has set, for messages.
 
-    Yields
-    ------
-    Fault
-        Fault of one section.
-
-    Examples
-    --------
     >>> from typing import Annotated, NamedTuple
     >>> from apesim.quantities import Quantity
     >>> class Valve(NamedTuple):
@@ -253,30 +183,7 @@ def _is_assigned(data: Mapping[str, Any], assigned: Container[str], section: str
 def unknown(cls: Any, path: Sequence[str], file: str) -> Fault:
     """Return the fault of an unknown key, with the nearest right one: in its section, or elsewhere by its name.
 
-    Parameters
-    ----------
-    cls : type
-        Parameter class at the root.
-    path : sequence of str
-        Sections that the key stands in, which exist, and the key.
-    file : str
-        File, for the message.
-
-    Returns
-    -------
-    Fault
-        Fault with its remedy.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> print(unknown(Machine, ("stroke",), "mine.toml"))
-    mine.toml: stroke: unknown key; did you mean valve.stroke?
+    `path` holds the sections that the key stands in, which exist, and the key.
     """
     *sections, key = path
     valid = cls

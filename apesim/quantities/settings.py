@@ -51,41 +51,12 @@ Tree = TypeVar("Tree", bound=Any)
 
 
 def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dict | None = None) -> Any:
-    """Return an instance of a parameter class from a TOML file and the assignments of a command line.
+    """Return an instance of a parameter class, in SI, from a TOML file and the assignments of a command line.
 
-    Parameters
-    ----------
-    cls : type
-        Parameter class at the root.
-    path : path, optional
-        TOML file; without one, the defaults hold.
-    assignments : iterable of str
-        Keys with values, e.g. ``engine.bore=90 mm``; the later one wins. Paths of curves start in the working
-        directory.
-    data : dict, optional
-        What the file says, where it was read already; it is changed.
-
-    Returns
-    -------
-    NamedTuple
-        Instance of `cls`, its values in SI.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read or is no TOML, a value or key is refused as in `read`, or a key is assigned that is not
-        looked at. Holds every fault.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> load(Machine, assignments=["valve.stroke=8 mm"])
-    Machine(valve=Valve(stroke=0.008))
+    Without a path, the defaults hold. Assignments, e.g. ``engine.bore=90 mm``, are read in order, the later one wins;
+    paths of curves in them start in the working directory. `data` is what the file says, where it was read already; it
+    is changed. Raises InputError with every fault where the file cannot be read or is no TOML, a value or key is
+    refused as in `read`, or a key is assigned that is not looked at.
     """
     if data is None:
         data = {} if path is None else toml_of(path)
@@ -172,18 +143,8 @@ def _ignored(tree: Any, assigned: Container[str], where: str) -> Iterator[Fault]
 def find_ignored_keys(tree: Any) -> dict[str, str]:
     """Find the keys of a tree that differ from their defaults and have no effect, because of others.
 
-    Parameters
-    ----------
-    tree : NamedTuple
-        Instance of a parameter class.
+    Returns by key what is used in its place.
 
-    Returns
-    -------
-    dict of str to str
-        What is used in its place, by key.
-
-    Examples
-    --------
     >>> from typing import Annotated, NamedTuple
     >>> from apesim.quantities import Quantity
     >>> class Valve(NamedTuple):
@@ -203,42 +164,12 @@ def find_ignored_keys(tree: Any) -> dict[str, str]:
 
 
 def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
-    """Return a tree with other values for some keys; what a file or a command line may not give is refused.
+    """Return a copy of a tree with other values for some keys; what a file or a command line may not give is refused.
 
-    Parameters
-    ----------
-    tree : NamedTuple
-        An instance of a parameter class; it stays as it is.
-    values : mapping of str to str, tuple, float, int or array
-        By key, e.g. "engine.bore" or, where that is clear, "engine_bore"; a text with its unit, a number with its unit
-        as in ``(9, "mm")``, or a number in SI, which an angle cannot be.
-        Gauge pressures stand above the new ambient pressure, where it is among them: those that are given, and those
-        that the tree has.
-    where : str
-        What they are given to, for messages.
-
-    Returns
-    -------
-    NamedTuple
-        Another instance of the class of `tree`.
-
-    Raises
-    ------
-    InputError
-        A key is unknown, given twice or ignored, or a value is refused. Holds every fault.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> replaced(Machine(), {"valve.stroke": "8 mm"}, "run()")
-    Machine(valve=Valve(stroke=0.008))
-    >>> replaced(Machine(), {"valve_stroke": 8e-3}, "run()")
-    Machine(valve=Valve(stroke=0.008))
+    Keys are as in "engine.bore" or, where that is clear, "engine_bore"; values a text with its unit, a number with its
+    unit as in ``(9, "mm")``, or a number in SI, which an angle cannot be. Gauge pressures, given ones and those of the
+    tree, stand above the new ambient pressure, where it is among the values. Raises InputError with every fault, which
+    names `where`, where a key is unknown, given twice or ignored, or a value is refused.
     """
     cls: Any = type(tree)
     all_faults: list[Fault] = []
@@ -342,30 +273,9 @@ def _has_another_text(standard: Leaf, value: Any, ambient: float | None, standar
 
 
 def differences(tree: Any) -> Iterator[tuple[str, str]]:
-    """Find the keys of a tree that are not as by default.
+    """Find the keys of a tree that are not as by default, each with its value as text with its unit.
 
-    Parameters
-    ----------
-    tree : NamedTuple
-        Instance of a parameter class.
-
-    Yields
-    ------
-    key : str
-        Full key.
-    text : str
-        Value with its unit; for a curve, its number of points; "not given" for a value that is not.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> list(differences(Machine(Valve(stroke=8e-3))))
-    [('valve.stroke', '8 mm')]
+    A curve is told by its number of points, and a value that is not given by "not given".
     """
     ambient, standard_ambient = ambient_of(tree), ambient_of(type(tree))
     for standard, leaf in zip(leaves_of(type(tree)).values(), schema(type(tree), tree), strict=True):
@@ -421,33 +331,7 @@ def toml_of(path: Any) -> dict:
 
 
 def misassigned(cls: Any, key: str, file: str) -> Fault:
-    """Return the fault of an assignment to what is no key.
-
-    Parameters
-    ----------
-    cls : type
-        Parameter class at the root.
-    key : str
-        What was assigned to; no key of the tree.
-    file : str
-        Where it was given, for the message.
-
-    Returns
-    -------
-    Fault
-        Fault with its remedy.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> print(misassigned(Machine, "valve", "--set"))
-    --set: valve: is a section, no key; set one of valve.stroke
-    """
+    """Return the fault of an assignment to `key`, which is no key of the tree of `cls`."""
     path, at = key.split("."), cls
     for depth, name in enumerate(path):
         field = fields(at).get(name)

@@ -18,35 +18,9 @@ LONG_KEY = re.compile(rf"""(?<![.\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*
 
 
 def parse_toml(file: str, text: str, example: str) -> dict[str, Any]:
-    r"""Parse a text of TOML.
+    r"""Parse a text of TOML to nested tables; raises InputError, with the line and the right form, where it is none.
 
-    Parameters
-    ----------
-    file : str
-        Name of the file, for messages.
-    text : str
-        Its text.
-    example : str
-        A key with a quantity, as it may stand in such a file.
-
-    Returns
-    -------
-    dict
-        Nested tables, as `tomllib` returns them.
-
-    Raises
-    ------
-    InputError
-        It is no TOML; holds one fault, with the line and the right form.
-
-    Examples
-    --------
-    >>> parse_toml("mine.toml", '[valve]\nstroke = "8 mm"', 'bore = "85 mm"')
-    {'valve': {'stroke': '8 mm'}}
-    >>> parse_toml("mine.toml", '[valve]\nstroke = "8 mm', 'bore = "85 mm"')
-    Traceback (most recent call last):
-    ...
-    apesim.quantities.input_errors.InputError: mine.toml: line 2: stroke has no closing quote; write stroke = "8 mm"
+    `example` is a key with a quantity, as it may stand in such a file.
     """
     if any(LONG_KEY.search(line) for line in text.splitlines() if len(line) > MIN_LONG):
         raise InputError([Fault(file, "", f"a key has more than {MAX_PARTS} parts", "write " + example)])

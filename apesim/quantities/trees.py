@@ -31,23 +31,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def once_a_class(function: Function) -> Function:
     """Let a function of a parameter class, which never changes, compute once for each.
 
-    Parameters
-    ----------
-    function : function
-        Takes the class first. Nobody may change what it returns.
-
-    Returns
-    -------
-    function
-        The same, which keeps what it has returned.
-
-    Examples
-    --------
-    >>> @once_a_class
-    ... def count_fields(cls):
-    ...     return len(cls._fields)
-    >>> count_fields(Leaf)
-    3
+    It takes the class first. Nobody may change what it returns.
     """
     return cast(Function, lru_cache(maxsize=2048)(function))
 
@@ -75,31 +59,7 @@ class Spelling(NamedTuple):
 def fields(cls: Any) -> dict[str, Any]:
     """Return what each field of a parameter class is declared to be: a declaration, or a parameter class.
 
-    Parameters
-    ----------
-    cls : type
-        Parameter class.
-
-    Returns
-    -------
-    dict
-        Declaration or parameter class by name of the field.
-
-    Raises
-    ------
-    TypeError
-        A field has no declaration or no default.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> fields(Machine)["valve"].__name__, fields(Valve)["stroke"].unit
-    ('Valve', 'mm')
+    Raises TypeError where a field has no declaration or no default.
     """
     found, defaults = {}, cls._field_defaults
     # A NamedTuple made by a call gets defaults through __new__ only; pydantic looks for them here.
@@ -113,61 +73,14 @@ def fields(cls: Any) -> dict[str, Any]:
 
 
 def is_section(field: Any) -> bool:
-    """Return whether a field is a parameter class.
-
-    Parameters
-    ----------
-    field : object
-        Value of `fields`, or None.
-
-    Returns
-    -------
-    bool
-        Whether it is a section of the tree.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> is_section(fields(Machine)["valve"]), is_section(fields(Valve)["stroke"])
-    (True, False)
-    """
+    """Return whether a field, a value of `fields` or None, is a parameter class."""
     return isinstance(field, type)
 
 
 def due(cls: Any) -> dict[str, tuple[str, ...]]:
     """Return the keys of which at least one must be given, by optional section of a parameter class.
 
-    Parameters
-    ----------
-    cls : type
-        Parameter class.
-
-    Returns
-    -------
-    dict
-        Keys by name of the section.
-
-    Raises
-    ------
-    TypeError
-        The class attribute ``due`` names what is no key of a section.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> Machine.due = {"valve": ("stroke",)}
-    >>> due(Machine)
-    {'valve': ('stroke',)}
+    Raises TypeError where the class attribute ``due`` names what is no key of a section.
     """
     sections = getattr(cls, "due", {})
     for section, keys in sections.items():
@@ -179,77 +92,21 @@ def due(cls: Any) -> dict[str, tuple[str, ...]]:
 
 
 def joined(*keys: str) -> str:
-    """Return a key of several parts, with dots between them.
-
-    Parameters
-    ----------
-    *keys : str
-        Parts; empty ones are left out.
-
-    Returns
-    -------
-    str
-        Key.
-
-    Examples
-    --------
-    >>> joined("valve", "", "stroke")
-    'valve.stroke'
-    """
+    """Return a key of several parts, with dots between them; empty parts are left out."""
     return ".".join(filter(None, keys))
 
 
 @once_a_class
 def leaves_of(cls: Any) -> dict[str, Leaf]:
-    """Return every key of a tree with the defaults of its classes, see `schema`; nobody may change what is returned.
-
-    Parameters
-    ----------
-    cls : type
-        Parameter class at the root.
-
-    Returns
-    -------
-    dict of str to Leaf
-        By full key.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> leaves_of(Machine)["valve.stroke"].default
-    0.009
-    """
+    """Return every key of a tree with the defaults of its classes, see `schema`; nobody may change what is returned."""
     return {leaf.key: leaf for leaf in schema(cls)}
 
 
 @once_a_class
 def spellings(cls: Any, section: str = "") -> dict[str, Spelling]:
-    """Return the other spellings of the keys of a tree; nobody may change what is returned.
+    """Return the other spellings of the keys of a tree, by the full key that is written instead.
 
-    Parameters
-    ----------
-    cls : type
-        Parameter class at the root.
-    section : str
-        Set before the keys.
-
-    Returns
-    -------
-    dict of str to Spelling
-        By the full key that is written instead.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> half = Spelling("stroke", Quantity("mm", 1, 25, "chosen"), lambda half: 2.0 * half)
-    >>> Valve.spellings = staticmethod(lambda: {"half_stroke": half})
-    >>> {name: spelling.key for name, spelling in spellings(Machine).items()}
-    {'valve.half_stroke': 'valve.stroke'}
+    `section` is set before the keys. Nobody may change what is returned.
     """
     found = {
         joined(section, name): spelling._replace(key=joined(section, spelling.key))
@@ -281,31 +138,9 @@ def _has_below(cls: Any, method: str) -> bool:
 
 
 def faults(tree: Any, section: str = "") -> Iterator[tuple[str, str, str]]:
-    """Find what the ``faults`` methods of a tree say.
+    """Find what the ``faults`` methods of a tree say: full key, what is wrong, and what would be right.
 
-    Parameters
-    ----------
-    tree : NamedTuple
-        Instance of a parameter class.
-    section : str
-        Set before the keys.
-
-    Yields
-    ------
-    key, wrong, right : str
-        Full key, what is wrong, and what would be right.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> Valve.faults = lambda self: [("stroke", "is odd", "make it even")]
-    >>> list(faults(Machine()))
-    [('valve.stroke', 'is odd', 'make it even')]
+    `section` is set before the keys.
     """
     for key in _sections_with(tree, "faults"):
         yield from faults(getattr(tree, key), joined(section, key))
@@ -316,29 +151,7 @@ def faults(tree: Any, section: str = "") -> Iterator[tuple[str, str, str]]:
 def overruled(tree: Any, section: str = "") -> Iterator[tuple[str, str]]:
     """Find the keys that are not used because of others, from the ``overruled`` methods of a tree.
 
-    Parameters
-    ----------
-    tree : NamedTuple
-        Instance of a parameter class.
-    section : str
-        Set before the keys.
-
-    Yields
-    ------
-    key, reason : str
-        Full key, and what is used in its place.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> Machine.overruled = lambda self: [("valve", "a cam is given")]
-    >>> list(overruled(Machine()))
-    [('valve.stroke', 'a cam is given')]
+    Yields the full key, with `section` before it, and what is used in its place.
     """
     for key in _sections_with(tree, "overruled"):
         yield from overruled(getattr(tree, key), joined(section, key))
@@ -349,32 +162,10 @@ def overruled(tree: Any, section: str = "") -> Iterator[tuple[str, str]]:
 
 
 def schema(cls: Any, default: Any = None, section: str = "") -> Iterator[Leaf]:
-    """List every key of a tree of parameter classes.
+    """List every key of a tree of parameter classes, with its declaration and its default.
 
-    Parameters
-    ----------
-    cls : type
-        Parameter class at the root.
-    default : cls, optional
-        Instance that defaults are taken from.
-    section : str
-        Set before the keys.
-
-    Yields
-    ------
-    Leaf
-        Key, declaration and default.
-
-    Examples
-    --------
-    >>> from typing import Annotated, NamedTuple
-    >>> from apesim.quantities import Quantity
-    >>> class Valve(NamedTuple):
-    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
-    >>> class Machine(NamedTuple):
-    ...     valve: Valve = Valve()
-    >>> [(leaf.key, leaf.default) for leaf in schema(Machine)]
-    [('valve.stroke', 0.009)]
+    Defaults are taken from the instance `default`, if it is given, else from the classes; `section` is set before the
+    keys.
     """
     default = cls() if default is None else default
     for key, field in fields(cls).items():
@@ -385,23 +176,9 @@ def schema(cls: Any, default: Any = None, section: str = "") -> Iterator[Leaf]:
 
 
 def ambient_of(tree: Any) -> float | None:
-    """Find the pressure that the gauge pressures of a tree stand above.
+    """Find ``ambient.pressure`` [Pa abs], which the gauge pressures of a tree stand above; None where it has none.
 
-    Parameters
-    ----------
-    tree : NamedTuple or type
-        Instance of a parameter class; or the class, for that of its defaults.
-
-    Returns
-    -------
-    float or None
-        ``ambient.pressure`` [Pa abs]; None where the tree has none.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> ambient_of(Machine())
-    101325.0
+    A class stands for its defaults.
     """
     defaults = getattr(tree, "_field_defaults", {}) if isinstance(tree, type) else {}
     ambient = defaults.get("ambient") if isinstance(tree, type) else getattr(tree, "ambient", None)
@@ -409,51 +186,16 @@ def ambient_of(tree: Any) -> float | None:
 
 
 def with_value(tree: Tree, key: str, value: Any) -> Tree:
-    """Change the value of one key of a tree.
-
-    Parameters
-    ----------
-    tree : NamedTuple
-        Instance of a parameter class; it stays as it is.
-    key : str
-        Key with dots.
-    value : object
-        New value, in SI.
-
-    Returns
-    -------
-    NamedTuple
-        Changed copy.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> with_value(Machine(), "valve.stroke", 8e-3).valve.stroke
-    0.008
-    """
+    """Return a copy of a tree with another value, in SI, for one key with dots."""
     first, _, rest = key.partition(".")
     return tree._replace(**{first: with_value(getattr(tree, first), rest, value) if rest else value})
 
 
 def move_gauge_pressures(tree: Tree, before: float | None, after: float | None, said: Container[str]) -> Tree:
-    """Let the gauge pressures of a tree stand above another ambient pressure.
+    """Let the gauge pressures of a copy of a tree stand above another ambient pressure [Pa abs] than before.
 
-    Parameters
-    ----------
-    tree : NamedTuple
-        Instance of a parameter class; it stays as it is.
-    before, after : float or None
-        Ambient pressures that they stood above, and are to stand above [Pa abs].
-    said : set of str
-        Keys that were said above the new one already; what was said as absolute stays, too.
+    What was said as absolute stays, and so do the keys `said`, which were said above the new one already.
 
-    Returns
-    -------
-    NamedTuple
-        Changed copy.
-
-    Examples
-    --------
     >>> from apesim.engine.machine import Machine
     >>> move_gauge_pressures(Machine(), 101325.0, 80e3, ()).supply.pressure
     1080000.0
@@ -471,24 +213,9 @@ def move_gauge_pressures(tree: Tree, before: float | None, after: float | None, 
 
 
 def with_own_arrays(tree: Tree) -> Tree:
-    """Return a tree that nobody else can change: its arrays, which are all that can be, are its own.
+    """Return a tree that nobody else can change: its arrays, which are all that can be, are its own copies.
 
-    Parameters
-    ----------
-    tree : NamedTuple
-        Instance of a parameter class.
-
-    Returns
-    -------
-    NamedTuple
-        Copy with copies of the arrays; the very tree where it holds none.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> machine = Machine()
-    >>> with_own_arrays(machine) is machine
-    True
+    It is the very tree where it holds none.
     """
     for key in _array_keys(type(tree)):
         array = attrgetter(key)(tree)
@@ -506,18 +233,8 @@ def _array_keys(cls: Any) -> tuple[str, ...]:
 def contents_of(value: Any) -> Any:
     """Return what a tree holds, in a form that can be compared and hashed: NaN is NaN, and arrays are their numbers.
 
-    Parameters
-    ----------
-    value : object
-        Instance of a parameter class, or a value in one.
+    Each section becomes a tuple with its class.
 
-    Returns
-    -------
-    object
-        Tuples with the class of each section, and plain values.
-
-    Examples
-    --------
     >>> from typing import NamedTuple
     >>> class Valve(NamedTuple):
     ...     curve: np.ndarray

@@ -27,28 +27,12 @@ class Uncertainty(NamedTuple):
 
 
 def read_uncertainty(raw: Any, declaration: Quantity, value: float = math.nan) -> Uncertainty:
-    """Read a standard deviation as users write it.
+    """Read a standard deviation as users write it: a share with "%", a number with its unit, or "exact".
 
-    Parameters
-    ----------
-    raw : object
-        What the user wrote: a share with "%", a number with its unit, or "exact".
-    declaration : apesim.quantities.declarations.Quantity
-        Declaration of the number that is known to it.
-    value : float
-        Usual value of that number [SI], to show a right form.
+    `declaration` is that of the number that is known to it, and `value` its usual value in SI, to show a right form.
+    Raises InvalidValue where it is no number, is negative, has no unit or one of another dimension, or is wider than
+    the range.
 
-    Returns
-    -------
-    Uncertainty
-
-    Raises
-    ------
-    InvalidValue
-        It is no number, is negative, has no unit or one of another dimension, or is wider than the range.
-
-    Examples
-    --------
     >>> stroke = Quantity("mm", 1, 50, "chosen")
     >>> [read_uncertainty(text, stroke).deviation for text in ("50 um", "2 %", "exact")]
     [5e-05, 0.02, 0.0]
@@ -113,24 +97,7 @@ def _right_forms(declaration: Quantity, value: float) -> list[str]:
 
 
 def format_uncertainty(uncertainty: Uncertainty, declaration: Quantity) -> str:
-    """Write a standard deviation as `read_uncertainty` reads it.
-
-    Parameters
-    ----------
-    uncertainty : Uncertainty
-    declaration : apesim.quantities.declarations.Quantity
-        Declaration of the number that is known to it.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> stroke = Quantity("mm", 1, 50, "chosen")
-    >>> [format_uncertainty(each, stroke) for each in (Uncertainty(5e-5), Uncertainty(0.02, True), Uncertainty(0.0))]
-    ['0.05 mm', '2 %', 'exact']
-    """
+    """Write a standard deviation of a declared number as `read_uncertainty` reads it."""
     if not uncertainty.deviation:
         return EXACT
     name = "%" if uncertainty.is_share else declaration.unit
@@ -138,23 +105,10 @@ def format_uncertainty(uncertainty: Uncertainty, declaration: Quantity) -> str:
 
 
 def flatten(table: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Any]]:
-    """Flatten tables in tables, which TOML makes of keys whose dots stand without quotes.
+    """Flatten tables in tables, which TOML makes of keys whose dots stand without quotes, to keys with dots and values.
 
-    Parameters
-    ----------
-    table : mapping of str to object
-    section : str
-        Set before the keys.
+    `section` is set before the keys.
 
-    Yields
-    ------
-    key : str
-        Key with dots.
-    raw : object
-        What stands there.
-
-    Examples
-    --------
     >>> list(flatten({"valve": {"stroke": "1 %"}, "sensor.lift.gain": "0.2 %"}))
     [('valve.stroke', '1 %'), ('sensor.lift.gain', '0.2 %')]
     """

@@ -27,50 +27,14 @@ class Unit(NamedTuple):
     """Pairs of base unit and exponent. The radian counts, so that Hz and rad/s are not confused."""
 
     def si(self, number: str | Fraction | Decimal, reference: float = 0.0) -> float:
-        """Return the SI value of a number of this unit above a reference, rounded once.
-
-        Parameters
-        ----------
-        number : str, Fraction or Decimal
-            Number.
-        reference : float
-            Value in SI that the number stands above.
-
-        Returns
-        -------
-        float
-            Value in SI; inf where it is too large.
-
-        Examples
-        --------
-        >>> unit("mm^2").si("9"), unit("degC").si("20")
-        (9e-06, 293.15)
-        """
+        """Return the SI value of a number of this unit above a reference in SI, rounded once; inf where too large."""
         try:
             return float(Fraction(number) * self.factor + self.offset + Fraction(reference))
         except OverflowError:
             return math.inf
 
     def shortest(self, value: float, reference: float = 0.0) -> str:
-        """Return the shortest decimal number whose `si` is a value.
-
-        Parameters
-        ----------
-        value : float
-            Value in SI.
-        reference : float
-            Value in SI that the number stands above.
-
-        Returns
-        -------
-        str
-            Number of this unit.
-
-        Examples
-        --------
-        >>> unit("mm").shortest(9e-3), unit("kPa").shortest(501325.0, reference=101325.0)
-        ('9', '400')
-        """
+        """Return the shortest decimal number of this unit above a reference whose `si` is a value; both are in SI."""
         exact = (Fraction(value) - Fraction(reference) - self.offset) / self.factor
         for digits in range(1, 40):  # 17 do, but for a tiny value that a reference or offset hides
             with localcontext(prec=digits):
@@ -105,26 +69,12 @@ PER_MINUTE = Unit(Fraction(1, 60), Fraction(0), (("second", -1),))
 
 @lru_cache(maxsize=512)
 def unit(text: str) -> Unit:
-    """Return the unit that a text names.
+    """Return the unit that a text names, e.g. "mm^2", "mm²", "N s/m", "N*s/m", "W/(m^2 K)", "r/min", "degC" or "%".
 
-    Parameters
-    ----------
-    text : str
-        Name, e.g. "mm^2", "mm²", "N s/m", "N*s/m", "W/(m^2 K)", "W/m² K", "r/min", "1/s", "degC", "%"; "" or "-" is
-        dimensionless. Factors side by side, or joined by ``·``, bind closer than a slash; ``*`` does not.
+    The texts "" and "-" are dimensionless. Factors side by side, or joined by ``·``, bind closer than a slash; ``*``
+    does not. Raises InvalidValue where the text names no unit that numbers are multiplied with (nor degC or degF
+    alone).
 
-    Returns
-    -------
-    Unit
-        Unit with its factor to SI.
-
-    Raises
-    ------
-    InvalidValue
-        The text names no unit that numbers are multiplied with (nor degC or degF alone).
-
-    Examples
-    --------
     >>> unit("W/(m^2 K)").si_text, float(unit("r/min").factor)
     ('K^-1 kg s^-3', 0.10471975511965977)
     """
@@ -171,18 +121,6 @@ def unit(text: str) -> Unit:
 def respelt(text: str) -> str:
     """Return a number with a unit whose unknown names are replaced by the nearest right ones.
 
-    Parameters
-    ----------
-    text : str
-        Number with a unit.
-
-    Returns
-    -------
-    str
-        Number with the unit that may have been meant.
-
-    Examples
-    --------
     >>> respelt("0.49 Mpa gauge"), respelt("12 Nm")
     ('0.49 MPa gauge', '12 N m')
     """
@@ -195,21 +133,10 @@ def respelt(text: str) -> str:
 
 
 def split_number(text: str) -> tuple[str, str] | None:
-    """Split a text into its number and its unit.
+    """Split a text into its number and the name of its unit, "" without one.
 
-    Parameters
-    ----------
-    text : str
-        Number with its unit, or without one.
+    None where the text does not begin with a number, or is longer than `MAX_TEXT`.
 
-    Returns
-    -------
-    tuple of str or None
-        Number, and name of the unit, "" without one; None where the text does not begin with a number, or is longer
-        than `MAX_TEXT`.
-
-    Examples
-    --------
     >>> split_number("9 mm"), split_number("9"), split_number("mm")
     (('9', 'mm'), ('9', ''), None)
     """
@@ -218,33 +145,10 @@ def split_number(text: str) -> tuple[str, str] | None:
 
 
 def si_value(raw: object, text: str, expected: str, reference: float = 0.0) -> float:
-    """Return the SI value of a text in any unit of an expected dimension.
+    """Return the SI value of a number with its unit, which has to be of the dimension of `expected` ("" for none).
 
-    Parameters
-    ----------
-    raw : object
-        What the user wrote, for the message.
-    text : str
-        Number with its unit.
-    expected : str
-        Unit whose dimension is due; "" for none.
-    reference : float
-        Value in SI that the number stands above.
-
-    Returns
-    -------
-    float
-        Value in SI.
-
-    Raises
-    ------
-    InvalidValue
-        The text is no number, or its unit is not of the dimension, or it is too large.
-
-    Examples
-    --------
-    >>> si_value("9 mm", "9 mm", "m")
-    0.009
+    `raw` is what the user wrote, for the message, and `reference` a value in SI that the number stands above. Raises
+    InvalidValue where the text is no number, its unit is not of the dimension, or it is too large.
     """
     found = split_number(text)
     if not found:

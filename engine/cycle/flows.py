@@ -65,34 +65,10 @@ NO_EFFECTS = EffectTerms(NO_FLOW, NO_FLOW, 0.0, 0.0, 0.0)
 
 @kernel
 def intake_lift(p: Cycle, angle: float, y: np.ndarray, mode: np.ndarray) -> float:
-    """Lift of the intake: of the electro-pneumatic valve or of the cam.
+    """Lift of the intake [m], at a crank angle [rad]: of the electro-pneumatic valve or of the cam.
 
-    The lift of the valve is its stroke less the position of its piston; that of a cam see `apesim.engine.breathing`.
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    angle : float
-        Crank angle [rad].
-    y : (>= STATES,) float array
-        State vector.
-    mode : (MODES,) float array
-        Modes of the smooth segment.
-
-    Returns
-    -------
-    float
-        Lift of the intake [m].
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> print(intake_lift(cycle, 0.0, y, mode))
-    0.0
+    That of the valve is its stroke less the position of its piston; for a cam see `apesim.engine.breathing`. `y` (>=
+    STATES,) is the state vector, `mode` (MODES,) are the modes.
     """
     if p.engine.intake == EPV:
         return p.actuator.valve.stroke - valve_states(y).position
@@ -104,34 +80,10 @@ def intake_lift(p: Cycle, angle: float, y: np.ndarray, mode: np.ndarray) -> floa
 
 @kernel
 def intake_area(p: Cycle, angle: float, y: np.ndarray, mode: np.ndarray) -> float:
-    """Effective area of the groove.
+    """Effective area of the groove [m2], at a crank angle [rad].
 
-    On a piece of its table the area is a line over the lift; an ideal valve opens the whole area at once.
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    angle : float
-        Crank angle [rad].
-    y : (>= STATES,) float array
-        State vector.
-    mode : (MODES,) float array
-        Modes of the smooth segment.
-
-    Returns
-    -------
-    float
-        Effective area of the groove [m2].
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> print(intake_area(cycle, 0.0, y, mode))
-    0.0
+    On a piece of its table it is a line over the lift; an ideal valve opens the whole area at once. `y` (>= STATES,) is
+    the state vector, `mode` (MODES,) are the modes.
     """
     if p.engine.intake == IDEAL_VALVE:
         return p.full_area * mode[INTAKE_OPEN]
@@ -143,36 +95,7 @@ def intake_area(p: Cycle, angle: float, y: np.ndarray, mode: np.ndarray) -> floa
 
 @kernel
 def exchange_sides(p: Cycle, cylinder: CylinderState, receiver: GasState, intake: GasState) -> Exchange[Sides]:
-    """States of the air before and behind the flows of the gas exchange.
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    cylinder : apesim.engine.cylinder.CylinderState
-        State of the cylinder.
-    receiver : apesim.air.GasState
-        State of the air in the receiver.
-    intake : apesim.air.GasState
-        State of the air before the groove.
-
-    Returns
-    -------
-    apesim.engine.cycle.exchange.Exchange
-        Sides of each flow.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> cylinder, _ = cylinder_state(cycle, 0.0, y)
-    >>> receiver, intake = GasState(1e6, 290.0), GasState(0.9e6, 280.0)
-    >>> sides = exchange_sides(cycle, cylinder, receiver, intake)
-    >>> sides.groove.before == intake, sides.pipe == (receiver, intake)
-    (True, True)
-    """
+    """States of the air before and behind the flows of the gas exchange; `intake` is the air before the groove."""
     return Exchange(
         groove=Sides(intake, cylinder.air),
         exhaust=Sides(cylinder.air, cylinder.behind_exhaust),
@@ -183,26 +106,10 @@ def exchange_sides(p: Cycle, cylinder: CylinderState, receiver: GasState, intake
 
 @kernel
 def exchange_areas(p: Cycle, angle: float, y: np.ndarray, mode: np.ndarray) -> Exchange[float]:
-    """Effective areas of the flows of the gas exchange.
+    """Effective areas [m2] of the flows of the gas exchange, at a crank angle [rad].
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    angle : float
-        Crank angle [rad].
-    y : (>= STATES,) float array
-        State vector.
-    mode : (MODES,) float array
-        Modes of the smooth segment.
+    `y` (>= STATES,) is the state vector, `mode` (MODES,) are the modes.
 
-    Returns
-    -------
-    apesim.engine.cycle.exchange.Exchange
-        Effective area of each flow [m2].
-
-    Examples
-    --------
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
@@ -277,30 +184,7 @@ def exchange_flows(
 
 @kernel
 def effect_terms(p: Cycle, cylinder: CylinderState) -> EffectTerms:
-    """Sum what effects let into the cylinder.
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    cylinder : apesim.engine.cylinder.CylinderState
-        State of the cylinder.
-
-    Returns
-    -------
-    EffectTerms
-        Sums over all effects.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> cylinder, _ = cylinder_state(cycle, 0.0, y)
-    >>> effect_terms(cycle, cylinder).past_groove
-    Flow(mass=0.0, enthalpy=0.0)
-    """
+    """Sum what effects let into the cylinder, over all effects."""
     if len(p.effects) > 0:
         balance = zeros(TERMS)
         add_laws(p.effects, cylinder, balance)
@@ -349,24 +233,10 @@ def with_past_groove(p: Cycle, flows: Exchange[Flow], past: Flow) -> Exchange[Fl
 
 @kernel
 def exchange_sides_at(p: Cycle, t: float, y: np.ndarray) -> Exchange[Sides]:
-    """States of the air before and behind the flows of the gas exchange, from a state vector.
+    """States of the air before and behind the flows of the gas exchange, from a state vector `y` (>= SIZE,).
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    t : float
-        Time from the start of the cycle [s].
-    y : (>= SIZE,) float array
-        State vector.
+    See `exchange_sides`; `t` is the time from the start of the cycle [s].
 
-    Returns
-    -------
-    apesim.engine.cycle.exchange.Exchange
-        Sides of each flow, see `exchange_sides`.
-
-    Examples
-    --------
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
@@ -382,33 +252,10 @@ def exchange_sides_at(p: Cycle, t: float, y: np.ndarray) -> Exchange[Sides]:
 
 @kernel
 def exchange_events(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndarray, first_event: int) -> None:
-    """Write by how much each flow of the gas exchange has left its regime.
+    """Write by how much each flow of the gas exchange has left its regime into `g` (n,), from `first_event` on.
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    t : float
-        Time from the start of the cycle [s].
-    y : (>= SIZE,) float array
-        State vector.
-    mode : (MODES,) float array
-        Modes of the smooth segment.
-    g : (n,) float array
-        Values of the events; changed. Above zero: the flow has left its regime.
-    first_event : int
-        Element of g for the first of the flows.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> g = [0.0] * FLOWS
-    >>> exchange_events(cycle, 0.0, y, mode, g, 0)
-    >>> g
-    [-1.0, -1.0, -1.0, -1.0]
+    Above zero it has left it. `t` is the time from the start of the cycle [s], `y` (>= SIZE,) the state vector, `mode`
+    (MODES,) are the modes.
     """
     sides = exchange_sides_at(p, t, y)
     for i in range(FLOWS):
@@ -417,64 +264,17 @@ def exchange_events(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, g: np.n
 
 @kernel
 def change_exchange_regime(p: Cycle, t: float, y: np.ndarray, i: int, mode: np.ndarray) -> None:
-    """Change a flow of the gas exchange over to the regime that follows.
+    """Change a flow of the gas exchange over to the regime that follows, in `mode` (MODES,).
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    t : float
-        Time from the start of the cycle [s].
-    y : (>= SIZE,) float array
-        State vector.
-    i : int
-        Number of the flow, see `apesim.engine.cycle.exchange`.
-    mode : (MODES,) float array
-        Modes of the smooth segment; changed.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-
-    From a pressure ratio below the end of subsonic flow the exhaust goes over to choked flow:
-
-    >>> from apesim.restriction import CHOKED, SUBSONIC
-    >>> mode[EXCHANGE + EXHAUST] = SUBSONIC
-    >>> y[6:8] *= 5.0
-    >>> change_exchange_regime(cycle, 0.0, y, EXHAUST, mode)
-    >>> print(mode[EXCHANGE + EXHAUST] == CHOKED)
-    True
+    `t` is the time from the start of the cycle [s], `y` (>= SIZE,) the state vector, `i` the number of the flow, see
+    `apesim.engine.cycle.exchange`.
     """
     mode[EXCHANGE + i] = next_regime(p.actuator.gas, mode[EXCHANGE + i], exchange_sides_at(p, t, y)[i])
 
 
 @kernel
 def is_groove_open(mode: np.ndarray) -> bool:
-    """Check whether the groove has an area: not on a piece of its table without one.
-
-    Parameters
-    ----------
-    mode : (MODES,) float array
-        Modes of the smooth segment.
-
-    Returns
-    -------
-    bool
-        Whether air can flow through the groove.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.state import MODES
-    >>> mode = np.zeros(MODES)
-    >>> bool(is_groove_open(mode))
-    False
-    >>> mode[AREA] = 1e-4
-    >>> bool(is_groove_open(mode))
-    True
-    """
+    """Check by the modes (MODES,) whether the groove has an area: not on a piece of its table without one."""
     return mode[INTAKE_OPEN] != 0.0 or mode[AREA] != 0.0 or mode[AREA_SLOPE] != 0.0
 
 
@@ -482,19 +282,8 @@ def is_groove_open(mode: np.ndarray) -> bool:
 def start_groove_segment(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray) -> None:
     """Set the regime of the flow through the groove on entering a piece of its table; the other flows keep theirs.
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    t : float
-        Time from the start of the cycle [s].
-    y : (>= SIZE,) float array
-        State vector.
-    mode : (MODES,) float array
-        Modes of the smooth segment; changed.
+    `t` is the time from the start of the cycle [s], `y` (>= SIZE,) the state vector; `mode` (MODES,) is changed.
 
-    Examples
-    --------
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
@@ -511,24 +300,10 @@ def start_groove_segment(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray) ->
 
 @kernel
 def open_flows(p: Cycle, angle: float, mode: np.ndarray) -> Exchange[bool]:
-    """Check which flows of the gas exchange are open in a smooth segment.
+    """Check which flows of the gas exchange are open, have an area, in a smooth segment.
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    angle : float
-        Crank angle in the middle of the segment [rad].
-    mode : (MODES,) float array
-        Modes of the smooth segment.
+    `angle` is the crank angle in the middle of the segment [rad], `mode` (MODES,) are the modes.
 
-    Returns
-    -------
-    apesim.engine.cycle.exchange.Exchange
-        Whether each flow has an area.
-
-    Examples
-    --------
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), 100.0)
@@ -546,34 +321,9 @@ def open_flows(p: Cycle, angle: float, mode: np.ndarray) -> Exchange[bool]:
 
 @kernel
 def start_exchange_segment(p: Cycle, t: float, t_end: float, y: np.ndarray, mode: np.ndarray) -> None:
-    """Set the regimes of the flows of the gas exchange at the start of a smooth segment.
+    """Set the regimes of the flows of the gas exchange at the start of a smooth segment, in `mode` (MODES,).
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    t : float
-        Time from the start of the cycle [s].
-    t_end : float
-        Time at the end of the segment [s].
-    y : (>= SIZE,) float array
-        State vector.
-    mode : (MODES,) float array
-        Modes of the smooth segment; changed.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-
-    Before TDC the exhaust valve is shut, and the full receiver takes no air:
-
-    >>> from apesim.restriction import NEAR
-    >>> start_exchange_segment(cycle, 0.0, 1e-3, y, mode)
-    >>> print(mode[EXCHANGE + EXHAUST] == SHUT, mode[EXCHANGE + FEED] == NEAR)
-    True True
+    It lasts from `t` to `t_end` [s], from the start of the cycle; `y` (>= SIZE,) is the state vector.
     """
     sides, is_open = exchange_sides_at(p, t, y), open_flows(p, p.start + p.speed * 0.5 * (t + t_end), mode)
     for i in range(FLOWS):

@@ -37,29 +37,10 @@ NOT_HELD = 1e300
 
 
 def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.ndarray]:
-    """Compute what the kernels need to know of a machine at a speed.
+    """Compute what the kernels need to know of a machine, its effects included, at a speed [rad/s], above 0.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine, its effects included.
-    speed : float
-        Speed of the crank [rad/s], above 0.
-
-    Returns
-    -------
-    cycle : Cycle
-        Machine at the speed, as numbers.
-    tables : CycleTables
-        Arrays of the machine.
-    breakpoints : (n,) float array
-        Times at which a smooth segment ends, from the start of the cycle at the energising; the last is the period [s].
-
-    Examples
-    --------
-    >>> cycle, tables, breakpoints = cycle_of(Machine(), speed=100.0)
-    >>> print(round(breakpoints[-1] * 1e3, 2), "ms")
-    62.83 ms
+    The last array (n,) has the times at which a smooth segment ends, from the start of the cycle at the energising; the
+    last of them is the period [s].
     """
     engine, command = machine.engine, machine.command
     period = TURN / speed
@@ -96,28 +77,7 @@ def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.nda
 
 
 def breakpoints_of_cycle(p: Cycle, tables: CycleTables, period: float) -> np.ndarray:
-    """Find the times from the start of a cycle at which a smooth segment ends.
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    tables : apesim.engine.cycle.state.CycleTables
-        Arrays of the machine.
-    period : float
-        Period of the cycle [s].
-
-    Returns
-    -------
-    (n,) float array
-        Times, ascending; the last is the period [s].
-
-    Examples
-    --------
-    >>> cycle, tables, _ = cycle_of(Machine(), speed=100.0)
-    >>> print(round(breakpoints_of_cycle(cycle, tables, 0.0628)[-1] * 1e3, 2), "ms")
-    62.8 ms
-    """
+    """Find the times (n,) [s] from the start of a cycle at which a smooth segment ends; the last is `period` [s]."""
     angles, starts = [window_corners(p.engine.exhaust)], [np.array([period])]
     if p.engine.intake == EPV:
         starts.append(tables.valve.breakpoints(0.0, period))
@@ -134,52 +94,17 @@ def breakpoints_of_cycle(p: Cycle, tables: CycleTables, period: float) -> np.nda
 def accuracy_at(p: Cycle, tolerance: float = TOLERANCE) -> Accuracy:
     """Compute what the march of an engine holds to; its supply line and intake pipe are states where it has them.
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    tolerance : float
-        Relative tolerance of a step.
-
-    Returns
-    -------
-    apesim.march.adaptive.Accuracy
-        Tolerance, longest step and scales of the states.
-
-    Examples
-    --------
-    >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
-    >>> accuracy = accuracy_at(cycle)
-    >>> accuracy.tolerance, len(accuracy.scale)
-    (1e-07, 10)
+    This is the relative `tolerance` of a step, the longest step and the scales of the states.
     """
     more = 4 if has_pipe(p) else 2 if has_line(p.actuator) else 0
     return Accuracy(tolerance, MAX_TURN / p.speed, np.array(SCALE + more * (GAS_SCALE,)))
 
 
 def with_exergy(p: Cycle, accuracy: Accuracy) -> Accuracy:
-    """Extend an accuracy so that the march holds the exergy ledger to it, too.
+    """Extend an accuracy so that the march holds the exergy ledger to it, too, in a state vector (SIZE + RATES,).
 
     The states alone do not show how well the ledger is integrated: where a flow is choked, mass and energy are lines in
     time and a step may be long, while the entropy of the air bends.
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    accuracy : apesim.march.adaptive.Accuracy
-        Accuracy for the states.
-
-    Returns
-    -------
-    apesim.march.adaptive.Accuracy
-        Accuracy for a state vector of (SIZE + RATES,), see `apesim.engine.exergy`.
-
-    Examples
-    --------
-    >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
-    >>> len(with_exergy(cycle, accuracy_at(cycle)).scale) == SIZE + RATES
-    True
     """
     energy = EXERGY_SCALE * max(p.supply.pressure, p.actuator.ambient.pressure) * swept_volume(p.engine)
     others = np.full(SIZE - len(accuracy.scale), NOT_HELD)
@@ -189,30 +114,9 @@ def with_exergy(p: Cycle, accuracy: Accuracy) -> Accuracy:
 
 
 def charged_at_rest(p: Cycle) -> tuple[np.ndarray, np.ndarray]:
-    """State vector and modes of an engine at rest.
+    """State vector (SIZE,) and modes (MODES,) of an engine at rest.
 
     The valve is closed; receiver, line and pipe are at supply pressure, the cylinder is at ambient pressure.
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-
-    Returns
-    -------
-    y : (SIZE,) float array
-        State vector.
-    mode : (MODES,) float array
-        Modes.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.state import cylinder_gas
-    >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> mass, energy = cylinder_gas(y)
-    >>> print(round(mass * 1e6, 1), "mg")
-    36.8 mg
     """
     y, mode = np.zeros(SIZE), np.zeros(MODES)
     gas, ambient = p.actuator.gas, p.actuator.ambient

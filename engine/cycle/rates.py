@@ -95,51 +95,13 @@ TRACE = (
 
 @kernel
 def is_above_zero(gas: GasContent) -> bool:
-    """Check that mass and internal energy of a gas are above zero.
-
-    Parameters
-    ----------
-    gas : apesim.air.GasContent
-        Mass and internal energy.
-
-    Returns
-    -------
-    bool
-        Whether both are above zero.
-
-    Examples
-    --------
-    >>> is_above_zero(GasContent(2e-4, 41.0)), is_above_zero(GasContent(2e-4, -1.0))
-    (True, False)
-    """
+    """Check that mass and internal energy of a gas are above zero."""
     return gas.mass > 0.0 and gas.energy > 0.0
 
 
 @kernel
 def in_domain(p: Cycle, y: np.ndarray) -> bool:
-    """Check that masses and energies outside the valve are above zero.
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    y : (>= SIZE,) float array
-        State vector.
-
-    Returns
-    -------
-    bool
-        Whether the laws of the gas hold for the state.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> print(in_domain(cycle, y), in_domain(cycle, -y))
-    True False
-    """
+    """Check that masses and energies outside the valve are above zero, in the state vector `y` (>= SIZE,)."""
     if p.receiver_volume > 0.0 and not is_above_zero(receiver_gas(y)):
         return False
     if has_pipe(p) and not is_above_zero(pipe_gas(y)):
@@ -151,30 +113,9 @@ def in_domain(p: Cycle, y: np.ndarray) -> bool:
 
 @kernel
 def effect_branches(p: Cycle, t: float, y: np.ndarray) -> float:
-    """Find on which branches of their laws the effects of the cylinder are.
+    """Find on which branches of their laws the effects of the cylinder are, see `apesim.effect.note_branch`.
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    t : float
-        Time from the start of the cycle [s].
-    y : (>= SIZE,) float array
-        State vector.
-
-    Returns
-    -------
-    float
-        Branches, see `apesim.effect.note_branch`; 0 without effects.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> effect_branches(cycle, 0.0, y)
-    0.0
+    It is 0 without effects. `t` is the time from the start of the cycle [s], `y` (>= SIZE,) the state vector.
     """
     if len(p.effects) > 0:
         cylinder, _ = cylinder_state(p, t, y)
@@ -278,22 +219,8 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
 def cycle_step_share(p: Cycle, y: np.ndarray, mode: np.ndarray) -> float:
     """Return the longest step as a share of `MAX_TURN`: less than 1 while our valve moves, and the crank is slow.
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    y : (>= SIZE,) float array
-        State vector.
-    mode : (MODES,) float array
-        Modes of the smooth segment.
+    `y` (>= SIZE,) is the state vector, `mode` (MODES,) are the modes.
 
-    Returns
-    -------
-    float
-        Share, above 0.
-
-    Examples
-    --------
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> from apesim.valve.piston import TO_OPEN
@@ -316,23 +243,11 @@ def cycle_step_share(p: Cycle, y: np.ndarray, mode: np.ndarray) -> float:
 @events.for_type(Cycle)
 @kernel
 def cycle_events(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndarray) -> None:
-    """Write the values of an engine's events: those of its valve, and flows into another regime.
+    """Write the values of an engine's events into `g` (n,): those of its valve, and flows into another regime.
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    t : float
-        Time from the start of the cycle [s].
-    y : (>= SIZE,) float array
-        State vector.
-    mode : (MODES,) float array
-        Modes of the smooth segment.
-    g : (n,) float array
-        Values of the events; changed. Above zero: the event has happened.
+    Above zero the event has happened. `t` is the time from the start of the cycle [s], `y` (>= SIZE,) the state vector,
+    `mode` (MODES,) are the modes.
 
-    Examples
-    --------
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
@@ -356,33 +271,9 @@ def cycle_events(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndar
 @handle_event.for_type(Cycle)
 @kernel
 def handle_cycle_event(p: Cycle, tables: CycleTables, event: int, t: float, y: np.ndarray, mode: np.ndarray) -> None:
-    """Change state and mode at an event of the engine: one of its valve, or a flow into another regime.
+    """Change state and modes at an event of the engine: one of its valve, or a flow into another regime.
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    tables : apesim.engine.cycle.state.CycleTables
-        Arrays of the machine.
-    event : int
-        Number of the event.
-    t : float
-        Time from the start of the cycle [s].
-    y : (>= SIZE,) float array
-        State vector; changed.
-    mode : (MODES,) float array
-        Modes of the smooth segment; changed.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> mode[BRANCHES] = 3.0
-    >>> handle_cycle_event(cycle, tables, BRANCHED, 0.0, y, mode)
-    >>> print(mode[BRANCHES])
-    0.0
+    `event` is its number, `t` the time from the start of the cycle [s]; `y` (>= SIZE,) and `mode` (MODES,) are changed.
     """
     if event == BRANCHED:
         mode[BRANCHES] = effect_branches(p, t, y)
@@ -495,35 +386,11 @@ def cycle_zero_crossings(p: Cycle, t: float, y: np.ndarray, dy: np.ndarray, mode
 @start_segment.for_type(Cycle)
 @kernel
 def start_cycle_segment(p: Cycle, tables: CycleTables, t: float, t_end: float, y: np.ndarray, mode: np.ndarray) -> None:
-    """Set the modes of a smooth segment of the cycle.
+    """Set the modes of a smooth segment of the cycle, from `t` to `t_end` [s]: changes `mode` (MODES,).
 
     These are the valve's modes; or the line of a cam's curve and its piece of the groove's table; or whether the ideal
-    valve is open; then the regimes of the flows, and the branches of the effects.
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    tables : apesim.engine.cycle.state.CycleTables
-        Arrays of the machine.
-    t : float
-        Time from the start of the cycle [s].
-    t_end : float
-        Time at the end of the segment [s].
-    y : (>= SIZE,) float array
-        State vector.
-    mode : (MODES,) float array
-        Modes of the smooth segment; changed.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> start_cycle_segment(cycle, tables, 0.0, 1e-3, y, mode)
-    >>> print(mode[BRANCHES])
-    0.0
+    valve is open; then the regimes of the flows, and the branches of the effects. `y` (>= SIZE,) is the state vector,
+    changed where the valve's piston rests.
     """
     middle = p.start + p.speed * 0.5 * (t + t_end)
     if p.engine.intake == EPV:
@@ -585,23 +452,10 @@ def cycle_power(p: Cycle, t: float, y: np.ndarray) -> float:
 @observe.for_type(Cycle)
 @kernel
 def observe_cycle(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, row: np.ndarray) -> None:
-    """Write a row of the trace.
+    """Write the columns `TRACE` of a row of the trace into `row` (11,).
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    t : float
-        Time from the start of the cycle [s].
-    y : (>= SIZE,) float array
-        State vector.
-    mode : (MODES,) float array
-        Modes of the smooth segment.
-    row : (11,) float array
-        Values of the columns `TRACE`; changed.
+    `t` is the time from the start of the cycle [s], `y` (>= SIZE,) the state vector, `mode` (MODES,) are the modes.
 
-    Examples
-    --------
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)

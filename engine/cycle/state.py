@@ -126,155 +126,54 @@ class CycleTables(NamedTuple):
 
 @kernel
 def cylinder_gas(y: np.ndarray) -> GasContent:
-    """Read the gas of the cylinder from a state vector of the engine, or its rates.
-
-    Parameters
-    ----------
-    y : (>= STATES,) float array
-        State vector, a difference or the rates of such vectors.
-
-    Returns
-    -------
-    apesim.air.GasContent
-        Mass and internal energy.
-
-    Examples
-    --------
-    >>> print(*cylinder_gas(np.arange(float(SIZE))))
-    6.0 7.0
-    """
+    """Read the gas of the cylinder from a state vector of the engine (>= STATES,), or its rates."""
     return gas_of_volume(y, CYLINDER)
 
 
 @kernel
 def receiver_gas(y: np.ndarray) -> GasContent:
-    """Read the gas of the receiver from a state vector of the engine, or its rates.
+    """Read the gas of the receiver from a state vector of the engine (>= STATES,), or its rates.
 
-    Parameters
-    ----------
-    y : (>= STATES,) float array
-        State vector, a difference or the rates of such vectors.
-
-    Returns
-    -------
-    apesim.air.GasContent
-        Mass and internal energy; 0 where the receiver is infinite.
-
-    Examples
-    --------
-    >>> print(*receiver_gas(np.arange(float(SIZE))))
-    8.0 9.0
+    Both values are 0 where the receiver is infinite.
     """
     return gas_of_volume(y, RECEIVER)
 
 
 @kernel
 def line_gas(y: np.ndarray) -> GasContent:
-    """Read the gas of the supply line from a state vector of the engine, or its rates.
+    """Read the gas of the supply line from a state vector of the engine (SIZE,), or its rates.
 
-    Parameters
-    ----------
-    y : (SIZE,) float array
-        State vector, a difference or the rates of such vectors.
-
-    Returns
-    -------
-    apesim.air.GasContent
-        Mass and internal energy; 0 where there is no line.
-
-    Examples
-    --------
-    >>> print(*line_gas(np.arange(float(SIZE))))
-    10.0 11.0
+    Both values are 0 where there is no line.
     """
     return gas_of_volume(y, LINE)
 
 
 @kernel
 def pipe_gas(y: np.ndarray) -> GasContent:
-    """Read the gas of the intake pipe from a state vector of the engine, or its rates.
+    """Read the gas of the intake pipe from a state vector of the engine (SIZE,), or its rates.
 
-    Parameters
-    ----------
-    y : (SIZE,) float array
-        State vector, a difference or the rates of such vectors.
-
-    Returns
-    -------
-    apesim.air.GasContent
-        Mass and internal energy; 0 where there is no pipe.
-
-    Examples
-    --------
-    >>> print(*pipe_gas(np.arange(float(SIZE))))
-    12.0 13.0
+    Both values are 0 where there is no pipe.
     """
     return gas_of_volume(y, PIPE)
 
 
 @kernel
 def control_ledger(y: np.ndarray) -> ControlLedger:
-    """Read the ledger of the control air from a state vector of the engine, or its rates.
-
-    Parameters
-    ----------
-    y : (SIZE,) float array
-        State vector, a difference or the rates of such vectors.
-
-    Returns
-    -------
-    apesim.valve.ledger.ControlLedger
-        Its entries, by name.
-
-    Examples
-    --------
-    >>> print(control_ledger(np.arange(float(SIZE))).line_fed.mass)
-    14.0
-    """
+    """Read the ledger of the control air from a state vector of the engine (SIZE,), or its rates."""
     return control_ledger_at(y, LEDGER)
 
 
 @kernel
 def effects_ledger(y: np.ndarray) -> Flow:
-    """Read what effects have let into chambers and cylinder from a state vector of the engine, or its rates.
+    """Read what effects have let into chambers and cylinder from a state vector of the engine (SIZE,), or its rates.
 
-    Parameters
-    ----------
-    y : (SIZE,) float array
-        State vector, a difference or the rates of such vectors.
-
-    Returns
-    -------
-    apesim.restriction.Flow
-        Mass [kg] and energy [J].
-
-    Examples
-    --------
-    >>> print(effects_ledger(np.arange(float(SIZE))).mass)
-    21.0
+    Mass in [kg], energy in [J].
     """
     return ledger_flow(y, EFFECTS_LEDGER)
 
 
 def engine_ledger(y: np.ndarray) -> EngineLedger:
-    """Read the ledger of the engine air from a state vector of the engine, or its rates.
-
-    Parameters
-    ----------
-    y : (SIZE,) float array
-        State vector, a difference or the rates of such vectors.
-
-    Returns
-    -------
-    EngineLedger
-        Its entries, by name.
-
-    Examples
-    --------
-    >>> ledger = engine_ledger(np.arange(float(SIZE)))
-    >>> print(ledger.flows.groove.mass, ledger.work)
-    23.0 33.0
-    """
+    """Read the ledger of the engine air from a state vector of the engine (SIZE,), or its rates."""
     flows = Exchange(*(ledger_flow(y, ENGINE_LEDGER + FLOW_ENTRIES * flow) for flow in range(FLOWS)))
     return EngineLedger(flows, y[GROOVE_BACK], y[EXHAUST_BACK], y[WORK])
 
@@ -288,25 +187,7 @@ def update_states(
     line: GasContent,
     pipe: GasContent,
 ) -> None:
-    """Write the states of an engine into its state vector, or their rates.
-
-    Parameters
-    ----------
-    y : (SIZE,) float array
-        State vector that is changed.
-    valve : apesim.valve.ledger.ValveStates or (6,) float array
-        States of the valve.
-    cylinder, receiver, line, pipe : apesim.air.GasContent
-        Gas in each volume.
-
-    Examples
-    --------
-    >>> y = np.zeros(SIZE)
-    >>> none = GasContent(0.0, 0.0)
-    >>> update_states(y, ValveStates(9e-3, 0.0, 0.0, 0.0, 0.0, 0.0), GasContent(2e-4, 41.0), none, none, none)
-    >>> print(cylinder_gas(y).mass)
-    0.0002
-    """
+    """Write the states of an engine, or their rates, into its state vector `y` (SIZE,); `valve` as an array is (6,)."""
     update_part(y, 0, valve)
     update_part(y, CYLINDER, cylinder)
     update_part(y, RECEIVER, receiver)
@@ -316,25 +197,9 @@ def update_states(
 
 @kernel
 def update_ledgers(y: np.ndarray, control: ControlLedger, let_in: Flow, engine: EngineLedger) -> None:
-    """Write the ledgers of an engine into its state vector, or their rates.
+    """Write the ledgers of an engine, or their rates, into its state vector `y` (SIZE,).
 
-    Parameters
-    ----------
-    y : (SIZE,) float array
-        State vector that is changed.
-    control : apesim.valve.ledger.ControlLedger
-        Ledger of the control air.
-    let_in : apesim.restriction.Flow
-        Mass and energy that effects let in.
-    engine : EngineLedger
-        Ledger of the engine air.
-
-    Examples
-    --------
-    >>> y = np.zeros(SIZE)
-    >>> update_ledgers(y, control_ledger(y), effects_ledger(y), engine_ledger(y)._replace(work=120.0))
-    >>> print(engine_ledger(y).work)
-    120.0
+    `let_in` is what effects let in.
     """
     update_control_ledger(y, LEDGER, control)
     update_part(y, EFFECTS_LEDGER, let_in)
@@ -344,22 +209,10 @@ def update_ledgers(y: np.ndarray, control: ControlLedger, let_in: Flow, engine: 
 
 @kernel
 def receiver_state(p: Cycle, y: np.ndarray) -> GasState:
-    """State of the air in the receiver.
+    """State of the air in the receiver; that of the supply where the receiver is infinite.
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    y : (>= STATES,) float array
-        State vector.
+    `y` (>= STATES,) is the state vector.
 
-    Returns
-    -------
-    apesim.air.GasState
-        State of the air in the receiver; that of the supply where the receiver is infinite.
-
-    Examples
-    --------
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
@@ -375,26 +228,7 @@ def receiver_state(p: Cycle, y: np.ndarray) -> GasState:
 
 @kernel
 def has_pipe(p: Cycle) -> bool:
-    """Check whether the machine has an intake pipe, by an effect.
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-
-    Returns
-    -------
-    bool
-        Whether there is an intake pipe.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> has_pipe(cycle)
-    False
-    """
+    """Check whether the machine has an intake pipe, by an effect."""
     return len(p.effects) > 0 and p.pipe.feed_area > 0.0
 
 
@@ -402,28 +236,7 @@ def has_pipe(p: Cycle) -> bool:
 def intake_state(p: Cycle, y: np.ndarray, receiver: GasState) -> GasState:
     """State of the air before the groove: in the intake pipe, or where there is none, in the receiver.
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    y : (>= SIZE,) float array
-        State vector.
-    receiver : apesim.air.GasState
-        State of the air in the receiver.
-
-    Returns
-    -------
-    apesim.air.GasState
-        State of the air before the groove.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> intake_state(cycle, y, GasState(1e6, 290.0))
-    GasState(pressure=1000000.0, temperature=290.0)
+    `y` (>= SIZE,) is the state vector.
     """
     if has_pipe(p):
         return chamber_state(p.actuator.gas, pipe_gas(y), p.pipe.volume)
@@ -432,33 +245,9 @@ def intake_state(p: Cycle, y: np.ndarray, receiver: GasState) -> GasState:
 
 @kernel
 def cylinder_state(p: Cycle, t: float, y: np.ndarray) -> tuple[CylinderState, float]:
-    """State of the cylinder, and the slope of its volume over the crank angle.
+    """State of the cylinder, as its effects' laws see it, and the slope of its volume over the crank angle [m3/rad].
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    t : float
-        Time from the start of the cycle [s].
-    y : (>= STATES,) float array
-        State vector.
-
-    Returns
-    -------
-    state : apesim.engine.cylinder.CylinderState
-        State of the cylinder, as the laws of its effects see it.
-    slope : float
-        Slope of the cylinder's volume over the crank angle [m3/rad].
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> state, slope = cylinder_state(cycle, 0.0, y)
-    >>> print(round(state.air.pressure), "Pa,", round(state.air.temperature, 6), "K")
-    101325 Pa, 293.15 K
+    `t` is the time from the start of the cycle [s], `y` (>= STATES,) the state vector.
     """
     angle = p.start + p.speed * t
     volume, slope = cylinder_volume(p.crank, angle)
@@ -471,28 +260,9 @@ def cylinder_state(p: Cycle, t: float, y: np.ndarray) -> tuple[CylinderState, fl
 
 @kernel
 def control_air(p: Cycle, y: np.ndarray) -> Sides:
-    """State of the control air at its source and before the solenoids.
+    """State of the control air at its source, receiver or regulator, and before the solenoids, from `y` (>= SIZE,).
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    y : (>= SIZE,) float array
-        State vector.
-
-    Returns
-    -------
-    apesim.restriction.Sides
-        State of the air in the receiver or behind the regulator, and in the supply line; equal where there is none.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> control_air(cycle, y).before
-    GasState(pressure=1101325.0, temperature=287.0)
+    Both are equal where there is no supply line.
     """
     source = receiver_state(p, y) if p.control_from_receiver else p.control
     return Sides(source, before_solenoids(p.actuator, y, LINE, source))
@@ -500,29 +270,10 @@ def control_air(p: Cycle, y: np.ndarray) -> Sides:
 
 @kernel
 def supply_of(p: Cycle, y: np.ndarray) -> ValveSupply:
-    """State of the air that is fed to the valve.
+    """State of the air that is fed to the valve, from the state vector `y` (>= SIZE,).
 
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    y : (>= SIZE,) float array
-        State vector.
-
-    Returns
-    -------
-    apesim.valve.supply.ValveSupply
-        Control air before the solenoids, and pressure before the groove; that of the supply where no effect of the
-        valve asks for it.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> supply_of(cycle, y).intake_pressure
-    1101325.0
+    It is the control air before the solenoids, and the pressure before the groove; that of the supply where no effect
+    of the valve asks for it.
     """
     intake = p.supply
     if len(p.actuator.effects) > 0:

@@ -62,41 +62,15 @@ ENGINE_SLOTS = VALVE_SLOTS - {"contact"}
 def library_of(effects: Any) -> tuple[Effect, ...]:
     """Return every effect that a machine may have on: ours, and those that it was given from outside.
 
-    Parameters
-    ----------
-    effects : Effects
-        Section ``effects`` of a machine.
-
-    Returns
-    -------
-    tuple of Effect
-        Those of the valve, then those of the engine.
-
-    Examples
-    --------
-    >>> [effect.name for effect in library_of(Effects())][:2]
-    ['supply_droop', 'solenoid_a_delay']
+    `effects` is the machine's section; those of the valve come first, then those of the engine.
     """
     return getattr(effects, "library", ALL_EFFECTS)
 
 
 def unserved_effects(effects: Any) -> list[str]:
-    """Find the effects that would be ignored, as they were added to a list after it was compiled for.
+    """Name the effects that would be ignored, as they were added to a list after it was compiled for.
 
-    Parameters
-    ----------
-    effects : Effects
-        Section ``effects`` of a machine.
-
-    Returns
-    -------
-    list of str
-        Names of the effects, see `apesim.effect.unserved`.
-
-    Examples
-    --------
-    >>> unserved_effects(Effects())
-    []
+    `effects` is the machine's section; see `apesim.effect.unserved`.
     """
     valve = library_for(effects, VALVE_LIBRARY, "valve")
     engine = library_for(effects, ENGINE_LIBRARY, "engine")

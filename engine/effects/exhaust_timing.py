@@ -16,33 +16,7 @@ class ExhaustTiming(NamedTuple):
 
 
 def adjust(effect: ExhaustTiming, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
-    """Turn the exhaust cam, so that both ends of its window come later by one angle.
-
-    Parameters
-    ----------
-    effect : ExhaustTiming
-        Parameters of the effect.
-    cycle : apesim.engine.cycle.state.Cycle
-        Machine at a speed, as numbers for the kernels.
-    tables : apesim.engine.cycle.state.CycleTables
-        Arrays of the machine.
-
-    Returns
-    -------
-    cycle : apesim.engine.cycle.state.Cycle
-        Machine with the effect.
-    tables : apesim.engine.cycle.state.CycleTables
-        Arrays of the machine with the effect.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), speed=100.0)
-    >>> later, _ = adjust(ExhaustTiming(angle=0.1), cycle, tables)
-    >>> round(later.engine.exhaust.opens - cycle.engine.exhaust.opens, 9)
-    0.1
-    """
+    """Turn the exhaust cam, so that both ends of its window come later by one angle."""
     engine = cycle.engine
     opens, closes = engine.exhaust.opens + effect.angle, engine.exhaust.closes + effect.angle
     exhaust = engine.exhaust._replace(opens=opens, closes=closes)

@@ -26,24 +26,10 @@ class GrooveAreaError(NamedTuple):
 def split_table(cycle: "Cycle", table: np.ndarray, pieces: int) -> tuple["Cycle", np.ndarray]:
     """Give a groove's table of areas further rows, so that its areas can be changed over the lift.
 
-    Parameters
-    ----------
-    cycle : apesim.engine.cycle.state.Cycle
-        Machine at a speed, as numbers for the kernels.
-    table : (j, 2) float array
-        Lift [m] and effective area [m2].
-    pieces : int
-        Pieces between the lap and the stroke; a groove with ports gets `PIECES`.
+    `table` (j, 2) has lift [m] and effective area [m2]; the new one has the same area at every lift, in `pieces`
+    between the lap and the stroke; a groove with ports gets `PIECES`. The machine that is returned has the area of the
+    table, not that of ports.
 
-    Returns
-    -------
-    cycle : apesim.engine.cycle.state.Cycle
-        Machine whose groove has the area of the table, not that of ports.
-    table : (k, 2) float array
-        Lift [m] and effective area [m2], the same area at every lift.
-
-    Examples
-    --------
     >>> from apesim.engine.cycle.operating_point import cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), speed=100.0)
@@ -102,33 +88,7 @@ def scale_areas(effect: GrooveAreaError, table: np.ndarray, stroke: float) -> np
 
 
 def adjust(effect: GrooveAreaError, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
-    """Change the effective area of the groove; with a taper, the area of ports becomes a table of `PIECES`.
-
-    Parameters
-    ----------
-    effect : GrooveAreaError
-        Parameters of the effect.
-    cycle : apesim.engine.cycle.state.Cycle
-        Machine at a speed, as numbers for the kernels.
-    tables : apesim.engine.cycle.state.CycleTables
-        Arrays of the machine.
-
-    Returns
-    -------
-    cycle : apesim.engine.cycle.state.Cycle
-        Machine with the effect.
-    tables : apesim.engine.cycle.state.CycleTables
-        Arrays of the machine with the effect.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), speed=100.0)
-    >>> wider, _ = adjust(GrooveAreaError(share=0.1), cycle, tables)
-    >>> round(wider.full_area / cycle.full_area, 9)
-    1.1
-    """
+    """Change the effective area of the groove; with a taper, the area of ports becomes a table of `PIECES`."""
     table, stroke, ports = tables.valve.groove, cycle.actuator.valve.stroke, cycle.ports
     if effect.taper:
         cycle, table = split_table(cycle, table, 2)

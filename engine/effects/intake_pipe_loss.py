@@ -17,20 +17,7 @@ class IntakePipeLoss(NamedTuple):
     volume: Annotated[float, Quantity("L", 0.05, 2, "half a metre of 16 mm")] = 0.1e-3
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the pipe, beyond the ranges of its single keys.
-
-        Yields
-        ------
-        key, wrong, right : str
-            Key of the machine file, what is wrong with it, and what would be right.
-
-        Examples
-        --------
-        >>> list(IntakePipeLoss().faults())
-        []
-        >>> list(IntakePipeLoss(area=10e-6).faults())
-        [('area', 'starves the engine', '30 to 500 mm^2, or 0 for no pipe')]
-        """
+        """Find what is wrong with the pipe, beyond the ranges of its single keys: key, wrong, right."""
         if 0.0 < self.area < MIN_AREA:
             yield "area", "starves the engine", "30 to 500 mm^2, or 0 for no pipe"
 

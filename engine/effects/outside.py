@@ -56,25 +56,9 @@ class OutsideEffect(NamedTuple):
 def load_effect(path: str | PathLike[str]) -> OutsideEffect:
     """Load a file with an effect: its code runs.
 
-    Parameters
-    ----------
-    path : path
-        A Python file that defines ``EFFECT``, see `apesim.effect.Effect`.
-
-    Returns
-    -------
-    OutsideEffect
-        The one that was loaded before, where a file with the very content was.
-
-    Raises
-    ------
-    InputError
-        With one fault: the file cannot be read or run, or what it defines is no effect that the model has room for.
-
-    Examples
-    --------
-    >>> load_effect("docs/examples/data/tapered_bore.py").name
-    'tapered_bore'
+    It is a Python file that defines ``EFFECT``, see `apesim.effect.Effect`; where a file with the very content was
+    loaded before, that one is returned. Raises InputError with one fault: the file cannot be read or run, or what it
+    defines is no effect that the model has room for.
     """
     path = Path(path).absolute()
     try:
@@ -91,23 +75,8 @@ def load_effect(path: str | PathLike[str]) -> OutsideEffect:
 def load_again(path: Path, sha256: str) -> OutsideEffect:
     """The effect of a file in another process, loaded if need be.
 
-    Parameters
-    ----------
-    path : path
-    sha256 : str
-        Hash of the content that is wanted.
+    Raises InputError where the content of the file no longer has the hash that is wanted.
 
-    Returns
-    -------
-    OutsideEffect
-
-    Raises
-    ------
-    InputError
-        The file has another content by now.
-
-    Examples
-    --------
     >>> known = load_effect("docs/examples/data/tapered_bore.py")
     >>> load_again(known.path, known.sha256) == known
     True
@@ -123,22 +92,9 @@ def load_again(path: Path, sha256: str) -> OutsideEffect:
 def loaded_effect(effect: Effect) -> OutsideEffect:
     """An effect that stands in a file, with that file.
 
-    Parameters
-    ----------
-    effect : apesim.effect.Effect
+    Of an effect that was loaded it is the one that is given, whatever has become of its file. Raises InputError where
+    the effect stands in no file, so that no other process could find it, or not in one that could be loaded.
 
-    Returns
-    -------
-    OutsideEffect
-        Of an effect that was loaded, the one that is given, whatever has become of its file.
-
-    Raises
-    ------
-    InputError
-        It stands in no file, so that no other process could find it, or not in one that could be loaded.
-
-    Examples
-    --------
     >>> known = load_effect("docs/examples/data/tapered_bore.py")
     >>> loaded_effect(known.effect) == known
     True
@@ -156,20 +112,7 @@ def loaded_effect(effect: Effect) -> OutsideEffect:
 def installed_effects() -> list[OutsideEffect]:
     """Load what installed packages offer as entry points of the group ``apesim.effects``.
 
-    Returns
-    -------
-    list of OutsideEffect
-        Sorted by the names of the entry points.
-
-    Raises
-    ------
-    InputError
-        A package offers what cannot be loaded.
-
-    Examples
-    --------
-    >>> [one.name for one in installed_effects()]  # where no package offers any
-    []
+    They are sorted by the names of the entry points. Raises InputError where a package offers what cannot be loaded.
     """
     points = sorted(entry_points(group=GROUP), key=lambda point: (point.name, point.value))
     return [load_effect(_file_of(point)) for point in dict.fromkeys(points)]
@@ -349,22 +292,7 @@ def _slots_fault(effect: Effect, module: ModuleType) -> tuple[str, str] | None:
 
 
 def refuse_twins(effects: tuple[OutsideEffect, ...]) -> None:
-    """Refuse two files with effects of one name.
-
-    Parameters
-    ----------
-    effects : tuple of OutsideEffect
-
-    Raises
-    ------
-    InputError
-        Both files are named.
-
-    Examples
-    --------
-    >>> one = load_effect("docs/examples/data/tapered_bore.py")
-    >>> refuse_twins((one, one))  # the very same is no other
-    """
+    """Refuse two files with effects of one name: raises InputError that names both; the very same file is no other."""
     seen: dict[str, OutsideEffect] = {}
     for one in effects:
         other = seen.setdefault(one.name, one)

@@ -19,20 +19,9 @@ class SpeedRipple(NamedTuple):
 def sensor(effect: SpeedRipple, reading: Reading) -> Reading:
     """Record the channels over angles that grow evenly in time from one top dead centre to the next.
 
-    Parameters
-    ----------
-    effect : SpeedRipple
-        Parameters of the effect.
-    reading : apesim.reading.Reading
-        What the sensors would record without the effect.
+    `reading` is what the sensors would record without the effect; without a speed, as on a bench, it is returned as it
+    is.
 
-    Returns
-    -------
-    apesim.reading.Reading
-        What they record with it; without a speed, as on a bench, the same reading.
-
-    Examples
-    --------
     A channel that shows the true angle reads 3.182 rad where the record says pi:
 
     >>> reading = Reading(at=lambda times: {"angle": 100.0 * times}, speed=100.0, start=0.0)

@@ -22,31 +22,9 @@ def differences_from(
 ) -> list[dict[str, str]]:
     """Find the keys in which archives were made with another machine than a given one.
 
-    Parameters
-    ----------
-    machine : Machine or None
-        None: nothing is compared.
-    paths : iterable of path
-        Files of the archives.
-    function : str
-        Name of the function that the machine was given to, for messages.
-
-    Returns
-    -------
-    list of dict
-        ``file``, ``key``, and the values ``archive`` and ``given`` of the key.
-
-    Raises
-    ------
-    ArchiveError
-        An archive cannot be read.
-    InputError
-        The machine holds what no machine file could say.
-
-    Examples
-    --------
-    >>> differences_from(None, ["sweep.h5"])
-    []
+    Each difference has ``file``, ``key`` and the values ``archive`` and ``given``; with None nothing is compared.
+    `function` is the name that messages give; raises ArchiveError where an archive cannot be read, InputError where the
+    machine holds what no machine file could say.
     """
     if machine is None:
         return []
@@ -59,27 +37,9 @@ def differences_from(
 
 
 def read_recorded_machine(text: str) -> Machine:
-    r"""Read the machine of an archive from its text, without effects from outside: an archive makes no code run.
+    r"""Read the machine of an archive from its TOML text, without effects from outside: an archive makes no code run.
 
-    Parameters
-    ----------
-    text : str
-        TOML text of the machine, as an archive holds it.
-
-    Returns
-    -------
-    Machine
-        Machine of the class `Machine`.
-
-    Raises
-    ------
-    InputError
-        The text is none of a machine, or names a file: what is in an archive opens none.
-
-    Examples
-    --------
-    >>> read_recorded_machine('[engine]\nbore = "90 mm"').engine.bore
-    0.09
+    Raises InputError where the text is none of a machine, or names a file: what is in an archive opens none.
     """
     data = parse_toml(WHERE, text, 'bore = "85 mm"')
     effects = data.get("effects")

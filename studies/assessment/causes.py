@@ -83,28 +83,11 @@ LATENESS = {
 
 
 def losses(valves: np.ndarray) -> np.ndarray:
-    """Find what each of `CAUSES` costs, in each of `ORDERS`.
+    """Find what each of `CAUSES` costs, in each of `ORDERS`: (..., 3, 4, 5), from `MEASURES` of `VALVES`, (..., 7, 5).
 
-    The mean of the orders is Shapley's value [1]_ of two players.
+    In each order lateness, finite speed and control air sum up to the difference between the first and the last valve;
+    the mean of the orders is Shapley's value of two players (Shapley 1953, doi 10.1515/9781400881970-018).
 
-    Parameters
-    ----------
-    valves : (..., 7, 5) float array
-        `MEASURES` of `VALVES`.
-
-    Returns
-    -------
-    (..., 3, 4, 5) float array
-        `LOSSES` of `CAUSES`; in each order lateness, finite speed and control air sum up to the difference between the
-        first and the last valve.
-
-    References
-    ----------
-    .. [1] L. S. Shapley, "A value for n-person games", in "Contributions to the Theory of Games II", Princeton
-       University Press, 1953, pp. 307-317, doi 10.1515/9781400881970-018.
-
-    Examples
-    --------
     >>> torque = np.array([40.0, 39.0, 38.0, 35.0, 34.0, 31.0, 31.0])  # of each valve [N m]
     >>> lost = losses(np.repeat(torque[:, np.newaxis], 5, axis=1))
     >>> dict(zip(CAUSES, lost[0, :, 1].tolist()))  # lateness first

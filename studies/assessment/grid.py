@@ -40,34 +40,11 @@ def assess_speeds(
     command: str = "",
     report: Callable[[int, int], Any] | None = None,
 ) -> Archive:
-    """Compare the valves over speed, and find what each cause costs.
+    """Compare the valves over speeds [rad/s], and find what each cause costs; the archive has a run for each.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with an electro-pneumatic valve.
-    speeds : sequence of float
-        Speeds of the crankshaft [rad/s].
-    timing : {"fixed", "corrected"}
-        Commands of the real valve: the machine's own, or those that meet its targets.
-    command : str
-        The command line, which the archive keeps.
-    report : function, optional
-        Called with the number of speeds that are done and the number of all.
-
-    Returns
-    -------
-    Archive
-        A run for each speed.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> archive = assess_speeds(Machine(), [94.0])
-    >>> archive.variables["brake_torque_Nm"].values.shape  # of each valve
-    (1, 7)
-    >>> archive.variables["brake_torque_lost_Nm"].values.shape  # in each order, by each cause
-    (1, 3, 4)
+    The speeds are those of the crankshaft; the machine has an electro-pneumatic valve. `timing` is "fixed", the
+    machine's own commands, or "corrected", those that meet its targets. `command` is the command line that the archive
+    keeps; `report` is called with the number of speeds done and the number of all.
     """
     points: list[Assessment] = []
     for speed, timed in zip(speeds, _commanded(machine, speeds, timing), strict=True):
@@ -122,30 +99,7 @@ def _listed(meanings: Mapping[str, str]) -> str:
 
 
 def faults_of_assessment(archive: Archive) -> list[str]:
-    """Write one line for each speed at which not all valves could be compared.
-
-    Parameters
-    ----------
-    archive : Archive
-        Archive of `assess_speeds`.
-
-    Returns
-    -------
-    list of str
-        Each line names the speed and says what is the matter, and what to change.
-
-    Examples
-    --------
-    >>> columns = {
-    ...     "run": run_axis(2),
-    ...     "speed_rpm": column([900.0, 6000.0], "r/min", "speed", coordinate=True),
-    ...     "outcome": column([Outcome.COMPLETE, Outcome.NEVER_OPENS], "1", "outcome", OUTCOMES),
-    ...     "cycle_to_cycle_torque_Nm": column([1e-6, 1e-6], "N m", "change of the torque"),
-    ... }
-    >>> [line] = faults_of_assessment(Archive("", {}, columns))
-    >>> line.partition(",")[0]
-    'run 1 (6000 r/min): the real lift never rises through the lap'
-    """
+    """Write a line for each speed at which not all valves could be compared: what is the matter, and what to change."""
     v, lines = values_of(archive), []
     for run, (outcome, change) in enumerate(zip(v["outcome"], v["cycle_to_cycle_torque_Nm"], strict=True)):
         if outcome != Outcome.COMPLETE:
@@ -158,27 +112,7 @@ def faults_of_assessment(archive: Archive) -> list[str]:
 def undefined_ratios(archive: Archive) -> list[str]:
     """Write lines that say where valves do no work, so that their air over work is undefined.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive of `assess_speeds`.
-
-    Returns
-    -------
-    list of str
-        A line for each kind of work and each set of valves, with the speeds.
-
-    Examples
-    --------
-    >>> columns = {
-    ...     "run": run_axis(2),
-    ...     "speed_rpm": column([900.0, 6000.0], "r/min", "speed", coordinate=True),
-    ...     "indicated_torque_Nm": Variable(("run", "valve"), np.full((2, 7), 30.0), "N m", "indicated torque"),
-    ...     "brake_torque_Nm": Variable(("run", "valve"), np.array([7 * [20.0], 7 * [-1.0]]), "N m", "brake torque"),
-    ... }
-    >>> [line] = undefined_ratios(Archive("", {}, columns))
-    >>> line.partition("is not")[2]
-    ' positive at 6000 r/min: air over it is null'
+    There is a line for each kind of work and each set of valves, with the speeds.
     """
     v = values_of(archive)
     speeds: dict[tuple[str, str], list[str]] = {}

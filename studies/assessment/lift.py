@@ -17,33 +17,9 @@ PEAK = 1e-6
 def constant_speed_lift(machine: Machine, run: SteadyRun, opens: float, closes: float) -> np.ndarray:
     """Make the trapezoid that crosses the lap, and reaches and leaves the peak lift, where the real lift does.
 
-    It is a triangle where the real lift turns back before its open stop. Below the lap, where the groove is shut, its
-    sides go on to zero lift.
-
-    Parameters
-    ----------
-    machine : Machine
-        Machine of the run.
-    run : SteadyRun
-        Periodic state with an electro-pneumatic valve.
-    opens, closes : float
-        Crank angles at which the real lift crosses the lap [rad].
-
-    Returns
-    -------
-    (n, 2) float array
-        Crank angle [rad] and lift [m].
-
-    Examples
-    --------
-    >>> from apesim.engine.indicators import valve_angles
-    >>> from apesim.engine.steady import run_steady
-    >>> run = run_steady(Machine(), 94.0)
-    >>> angles = valve_angles(Machine(), run)
-    >>> opens, closes = np.radians([angles["valve_open_deg"], angles["valve_close_deg"]])
-    >>> trapezoid = constant_speed_lift(Machine(), run, opens, closes)
-    >>> (1e3 * trapezoid[:, 1]).round(3).tolist()  # lifts of its corners [mm]
-    [0.0, 1.0, 9.0, 9.0, 1.0, 0.0]
+    It has columns crank angle [rad] and lift [m], (n, 2); `opens` and `closes` are the crank angles [rad] at which the
+    real lift crosses the lap. It is a triangle where the real lift turns back before its open stop; below the lap,
+    where the groove is shut, its sides go on to zero lift.
     """
     lap = lap_of(area_table(machine.groove, machine.valve.stroke))
     angle = run.cycle.start + run.cycle.speed * run.log[:, 0]
@@ -62,24 +38,7 @@ def constant_speed_lift(machine: Machine, run: SteadyRun, opens: float, closes: 
 def lift_curve_of(machine: Machine, run: SteadyRun) -> np.ndarray:
     """Extract the real lift over a turn that begins where it is lowest, located events included.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine of the run.
-    run : SteadyRun
-        Periodic state with an electro-pneumatic valve.
-
-    Returns
-    -------
-    (n, 2) float array
-        Crank angle [rad] and lift [m]; that of the first and the last row is taken as zero.
-
-    Examples
-    --------
-    >>> from apesim.engine.steady import run_steady
-    >>> curve = lift_curve_of(Machine(), run_steady(Machine(), 94.0))
-    >>> bool(curve[0, 1] == curve[-1, 1] == 0.0), round(float(curve[:, 1].max()), 6)  # [m]
-    (True, 0.009)
+    Columns are crank angle [rad] and lift [m], (n, 2); the lift of the first and the last row is taken as zero.
     """
     located = run.cycle.start + run.cycle.speed * run.log[:, 0]
     angles = np.concatenate((run.angles[:-1], located))
@@ -96,24 +55,8 @@ def lift_curve_of(machine: Machine, run: SteadyRun) -> np.ndarray:
 def single_opening(curve: np.ndarray, opens: float, closes: float) -> np.ndarray:
     """Cut a periodic lift to the turn that holds one opening, where it is lowest after the closing.
 
-    Parameters
-    ----------
-    curve : (n, 2) float array
-        Crank angle [rad] and lift [m] over a turn, see `lift_curve_of`.
-    opens, closes : float
-        Crank angles at which the lift crosses the lap [rad]; they may be whole turns away from the curve.
-
-    Returns
-    -------
-    (m, 2) float array
-        Crank angle [rad] and lift [m]; the opening stands at its own angle.
-
-    Examples
-    --------
-    >>> curve = np.array([[0.0, 0.0], [1.0, 5e-3], [2.0, 9e-3], [3.0, 9e-3], [4.0, 0.0], [TURN, 0.0]])
-    >>> opening = single_opening(curve, 0.5 + TURN, 3.8 + TURN)  # a turn later
-    >>> float(opening[np.argmax(opening[:, 1]), 0] - TURN)
-    2.0
+    Curves have columns crank angle [rad] and lift [m]; the lift crosses the lap at `opens` and `closes` [rad], which
+    may be whole turns away from the curve. The opening stands at its own angle.
     """
     turns = np.floor((opens - curve[0, 0]) / TURN) + np.arange(-1.0, 3.0)
     angle = np.concatenate([curve[:-1, 0] + TURN * turn for turn in turns])
@@ -127,23 +70,11 @@ def single_opening(curve: np.ndarray, opens: float, closes: float) -> np.ndarray
 def shift_flanks(curve: np.ndarray, true: tuple[float, float], intended: tuple[float, float]) -> np.ndarray:
     """Move each flank of a lift so that it crosses the lap where intended.
 
-    The opening flank reaches until the lift leaves its peak for the last time, the closing flank from there on. Between
-    them the lift stays at its peak; where they meet before, the lower of the two counts, and the peak is not reached.
+    Curves have columns crank angle [rad] and lift [m]; `true` and `intended` are angles of opening and closing [rad];
+    the result lies within a turn, zero at both ends. The opening flank reaches until the lift leaves its peak for the
+    last time; between the flanks the lift stays at its peak, and where they meet before, the lower of the two counts,
+    and the peak is not reached.
 
-    Parameters
-    ----------
-    curve : (n, 2) float array
-        Crank angle [rad] and lift [m] of one opening.
-    true, intended : pair of float
-        Crank angles at which the lift crosses the lap, and is to cross it, opening and closing [rad].
-
-    Returns
-    -------
-    (m, 2) float array
-        Crank angle [rad] and lift [m] within a turn, zero at both ends.
-
-    Examples
-    --------
     >>> curve = np.array([[0.0, 0.0], [1.0, 9e-3], [3.0, 9e-3], [4.0, 0.0], [6.0, 0.0]])
     >>> earlier = shift_flanks(curve, true=(0.5, 3.5), intended=(0.25, 3.0))
     >>> earlier.round(4).tolist()

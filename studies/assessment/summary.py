@@ -61,19 +61,9 @@ EXPLAINED = (
 def points_of(archive: Archive) -> list[dict[str, Any]]:
     """Lay an assessment out point by point, for JSON.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive of an assessment.
+    Each point has its scalars, ``valves`` with measures and exergy of each, ``losses`` with what each cause costs in
+    each order, and ``whole``, the losses of the real valve against the ideal one.
 
-    Returns
-    -------
-    list of dict
-        For each point its scalars, ``valves`` with measures and exergy of each, ``losses`` with what each cause costs
-        in each order, and ``whole``, the losses of the real valve against the ideal one.
-
-    Examples
-    --------
     >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.assessment.grid import assess_speeds
     >>> [point] = points_of(assess_speeds(Machine(), [94.0]))
@@ -102,23 +92,8 @@ def points_of(archive: Archive) -> list[dict[str, Any]]:
 def tables_of(archive: Archive) -> list[Table]:
     """Lay out the tables that the console shows of an assessment.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive of an assessment.
-
-    Returns
-    -------
-    list of rich.table.Table
-        Torque and specific air from the ideal to the real valve, exergy, parts of the lateness, and what stands beside.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.assessment.grid import assess_speeds
-    >>> tables = tables_of(assess_speeds(Machine(), [94.0]))
-    >>> len(tables), str(tables[0].title)
-    (6, 'Brake torque, and what of it is lost [N m]')
+    They are torque and specific air from the ideal to the real valve, exergy, parts of the lateness, and what stands
+    beside.
     """
     v = {name: variable.values for name, variable in archive.variables.items()}
     speeds = [f"{speed:g}" for speed in v["speed_rpm"]]

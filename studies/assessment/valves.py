@@ -86,55 +86,17 @@ def _with_ideal(machine: Machine, opens: float, closes: float) -> Machine:
 
 
 def with_lift(machine: Machine, curve: np.ndarray) -> Machine:
-    """Give a machine a cam that lifts by a curve.
-
-    Parameters
-    ----------
-    machine : Machine
-        Machine whose intake is replaced.
-    curve : (n, 2) float array
-        Crank angle [rad] and lift [m].
-
-    Returns
-    -------
-    Machine
-        Machine with this cam.
-
-    Examples
-    --------
-    >>> curve = np.array([[0.0, 0.0], [0.6, 9e-3], [1.2, 0.0]])
-    >>> machine = with_lift(Machine(), curve)
-    >>> machine.engine.intake == CAM, machine.engine.cam.lift_curve is curve
-    (True, True)
-    """
+    """Give a machine a cam that lifts by a curve of crank angle [rad] and lift [m], (n, 2)."""
     engine = machine.engine
     return machine._replace(engine=engine._replace(intake=CAM, cam=engine.cam._replace(lift_curve=curve)))
 
 
 def assess(machine: Machine, speed: float) -> Assessment:
-    """Run the valves that are compared, each to its own periodic state.
+    """Run the valves that are compared at a speed [rad/s], each to its own periodic state.
 
-    Where the real lift crosses the lap several times in a cycle, its true angles are those of the first rise and of the
-    fall after it; what comes later is fluctuation.
-
-    Parameters
-    ----------
-    machine : Machine
-        Machine whose intake is taken for the electro-pneumatic valve, whatever it says.
-    speed : float
-        Speed of the crankshaft [rad/s].
-
-    Returns
-    -------
-    Assessment
-        Measures and exergy of each valve, and the lateness of the real one.
-
-    Examples
-    --------
-    >>> assessment = assess(Machine(), 94.0)
-    >>> brake_torque = dict(zip(VALVES, assessment.valves[:, 1].round(1).tolist()))  # [N m]
-    >>> brake_torque["ideal"], brake_torque["real"], assessment.outcome.name
-    (40.6, 37.3, 'COMPLETE')
+    The intake is taken for the electro-pneumatic valve, whatever the machine says. Where the real lift crosses the lap
+    several times in a cycle, its true angles are those of the first rise and of the fall after it; what comes later is
+    fluctuation.
     """
     machine = machine._replace(engine=machine.engine._replace(intake=EPV))
     run = run_steady(machine, speed, angle_step=LIFT_STEP)
@@ -170,27 +132,9 @@ def assess(machine: Machine, speed: float) -> Assessment:
 
 
 def without_valves(speed: float, energise: float, release: float, outcome: Outcome) -> Assessment:
-    """Make the assessment of an operating point at which nothing could be compared.
+    """Make the assessment of an operating point at which nothing could be compared: its results are NaN.
 
-    Parameters
-    ----------
-    speed : float
-        Speed of the crankshaft [rad/s].
-    energise, release : float
-        Command angles [rad]; NaN where there are none.
-    outcome : Outcome
-        Reason why nothing could be compared.
-
-    Returns
-    -------
-    Assessment
-        Assessment whose results are NaN.
-
-    Examples
-    --------
-    >>> assessment = without_valves(94.0, nan, nan, Outcome.OUT_OF_REACH)
-    >>> bool(np.isnan(assessment.valves).all()), assessment.outcome.name
-    (True, 'OUT_OF_REACH')
+    The speed is in rad/s; `energise` and `release` are command angles [rad], NaN where there are none.
     """
     valves, exergy = np.full((len(VALVES), len(MEASURES)), nan), np.full((len(VALVES), len(EXERGY)), nan)
     real = dict.fromkeys(REAL, nan) | {"period_cycles": 0}
@@ -222,27 +166,8 @@ def _acts_on_intake(run: SteadyRun) -> bool:
 def outcome_of(machine: Machine, run: SteadyRun, values: dict[str, Any]) -> Outcome:
     """Judge whether a real valve has one pair of true angles, and if not, why.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine of the run.
-    run : SteadyRun
-        Last cycle of the march.
-    values : dict of str
-        Indicators of the run, ``valve_open_deg`` and ``valve_close_deg`` among them.
-
-    Returns
-    -------
-    Outcome
-        COMPLETE, NOT_PERIODIC, NEVER_OPENS or NEVER_CLOSES.
-
-    Examples
-    --------
-    >>> run = run_steady(Machine(), 94.0)
-    >>> outcome_of(Machine(), run, {"valve_open_deg": 2.0, "valve_close_deg": 79.0}).name
-    'COMPLETE'
-    >>> outcome_of(Machine(), run, {"valve_open_deg": nan, "valve_close_deg": nan}).name
-    'NEVER_OPENS'
+    The result is COMPLETE, NOT_PERIODIC, NEVER_OPENS or NEVER_CLOSES; `values` are the run's indicators,
+    ``valve_open_deg`` and ``valve_close_deg`` among them.
     """
     if run.orbit.period != 1:
         return Outcome.NOT_PERIODIC
@@ -292,26 +217,9 @@ def _exergy_of(values: dict[str, Any]) -> np.ndarray:
 
 
 def cycle_to_cycle(machine: Machine, run: SteadyRun) -> float:
-    """Find the largest change of the indicated torque from a cycle to the next, over `CYCLES` that follow a run.
+    """Find the largest change [N m] of the indicated torque from a cycle to the next, over `CYCLES` that follow a run.
 
     In a periodic state it is the solver's error.
-
-    Parameters
-    ----------
-    machine : Machine
-        Machine of the run.
-    run : SteadyRun
-        Last cycle of the march, from whose end the march goes on.
-
-    Returns
-    -------
-    float
-        Change of the mean indicated torque [N m].
-
-    Examples
-    --------
-    >>> cycle_to_cycle(Machine(), run_steady(Machine(), 94.0)) < 1e-4
-    True
     """
     drive = Drive(*cycle_of(machine, run.cycle.speed), accuracy_at(run.cycle, run.tolerance))
     y, mode = run.orbit.y, run.orbit.mode

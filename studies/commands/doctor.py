@@ -24,25 +24,6 @@ def check_installation(
     Versions, processor, cores and free memory; the cache folder, its size, which kinds of march are compiled and how
     long that took; then one run of the valve and one of the engine. Exit code 1: a number is off.
 
-    Parameters
-    ----------
-    common : Common
-        Console of the command line.
-    compile_all : bool
-        Whether to compile ahead: valve and engine, each without and with effects.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 1 where a number of the self-test is off.
-
-    Raises
-    ------
-    InputError
-        A machine was given: the numbers are known of the embedded one alone.
-
-    Examples
-    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> print(CliRunner().invoke(app, ["doctor", "--set", "engine.bore=90 mm"]).exception)

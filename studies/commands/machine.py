@@ -24,22 +24,6 @@ def print_machine(
     The check also names keys that have no effect, and numbers that are still the default machine's beside a size that
     is not: the mass of a valve whose stroke was changed.
 
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    check : path, optional
-        Machine file to check instead.
-    short : bool
-        Only the keys that a user fills in first, and those that are not as by default.
-
-    Raises
-    ------
-    InputError
-        The machine or the file to check cannot be used.
-
-    Examples
-    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> text = CliRunner().invoke(app, ["machine", "--set", "engine.bore=90 mm"]).stdout

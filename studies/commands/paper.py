@@ -14,45 +14,7 @@ def repeat_paper(
     jobs: Jobs = None,
     overwrite: Overwrite = False,
 ) -> int:
-    """Repeat the paper, doi 10.1631/jzus.A0820373: its figures and a table of its claims.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    out : path
-        Folder to make.
-    jobs : int, optional
-        Processes; as many as the work is worth if left out.
-    overwrite : bool
-        Write into a folder that holds something.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where points of the map failed.
-
-    Raises
-    ------
-    InputError
-        The machine cannot be used.
-    ArchiveError
-        The folder holds something that is not to be replaced.
-
-    Examples
-    --------
-    A folder that holds something is refused before anything is computed:
-
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     _ = Path(folder, "notes.txt").write_text("mine")
-    ...     error = CliRunner().invoke(app, ["paper", "--out", folder]).exception
-    >>> str(error).partition(": ")[2]
-    'is not empty; choose another --out, or give --overwrite'
-    """
+    """Repeat the paper, doi 10.1631/jzus.A0820373: its figures and a table of its claims."""
     import sys
 
     from apesim.archive import command_line

@@ -56,20 +56,8 @@ class AreaFit(NamedTuple):
 def integrals(times: np.ndarray, knots: np.ndarray) -> np.ndarray:
     """Matrix that turns a curve at knots 1, 2, ... (0 at the first, straight between) into its integral up to times.
 
-    Parameters
-    ----------
-    times : (n,) float array
-        [s]
-    knots : (j,) float array
-        [s]
+    Times (n,), knots (j,) and matrix (n, j - 1) are in s.
 
-    Returns
-    -------
-    (n, j - 1) float array
-        [s]
-
-    Examples
-    --------
     >>> integrals(np.array([0.5, 2.0]), np.array([0.0, 1.0, 2.0])).tolist()
     [[0.125, 0.0], [1.0, 0.5]]
     """
@@ -178,29 +166,10 @@ def _solve(tests: _Tests) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, li
 
 
 def monotone(area: np.ndarray, half_band: np.ndarray) -> np.ndarray:
-    """Find the nearest curve that never falls and is nowhere negative, weighted by the band.
+    """Find the nearest curve that never falls and is nowhere negative, weighted by half the width of its band.
 
-    It is isotonic regression, from SciPy [1]_.
+    Curve and band are in m2; it is SciPy's isotonic regression (Busing 2022, doi 10.18637/jss.v102.c01).
 
-    Parameters
-    ----------
-    area : (j,) float array
-        Effective area [m2].
-    half_band : (j,) float array
-        Half the width of its band [m2].
-
-    Returns
-    -------
-    (j,) float array
-        [m2]
-
-    References
-    ----------
-    .. [1] F. M. T. A. Busing, "Monotone regression: a simple and fast O(n) PAVA implementation", J. Statist. Softw.
-       102, 2022, code snippet 1, doi 10.18637/jss.v102.c01.
-
-    Examples
-    --------
     >>> monotone(np.array([-1.0, 3.0, 2.0, 5.0]), np.ones(4)).tolist()
     [0.0, 2.5, 2.5, 5.0]
     """
@@ -237,45 +206,12 @@ def _opened_at(fit: AreaFit) -> float:
 def fit_area(
     vessel: Vessel, records: Sequence[Record], knots: np.ndarray | None = None, opened: float | None = None
 ) -> tuple[AreaFit, float]:
-    """The effective area that explains all of some discharge tests.
+    """Fit the effective area that explains all of some discharge tests.
 
-    The law is Eq. 10 of the EPV paper [1]_, integrated; the rate of the random walk is found by the fixed point of the
-    evidence [2]_.
-
-    Parameters
-    ----------
-    vessel : Vessel
-    records : sequence of Record
-        With samples before t = 0, while the pressure is well above ambient.
-    knots : (j,) float array, optional
-        As another fit has them; else chosen in a pilot fit [s].
-    opened : float, optional
-        Until when the random walk does not fade, of that other fit [s].
-
-    Returns
-    -------
-    AreaFit, float
-        And until when the random walk does not fade [s].
-
-    References
-    ----------
-    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
-       Sci. A, doi 10.1631/jzus.A0820373, Eq. 10.
-    .. [2] D. J. C. MacKay, "Bayesian interpolation", Neural Comput. 4, 1992, pp. 415-447,
-       doi 10.1162/neco.1992.4.3.415.
-
-    Examples
-    --------
-    >>> from apesim.air import gas_of
-    >>> from apesim.engine.machine import Machine
-    >>> vessel = Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air))
-    >>> descent, times = Descent(vessel, 7e5), np.arange(-5e-3, 80e-3, 1e-3)
-    >>> opened = np.clip(times - 5e-3, 0.0, None)  # 9 mm^2 at once, after 5 ms
-    >>> pressures = descent.pressure(9e-6 * opened)[0] + 100.0 * np.random.default_rng(0).standard_normal(len(times))
-    >>> knots = np.linspace(0.0, 79e-3, 21)
-    >>> fit, _ = fit_area(vessel, [Record("p060", times, pressures)], knots, 10e-3)
-    >>> round(1e6 * float(np.median(fit.area)), 1)
-    9.0
+    Beside it stands until when the random walk does not fade [s]. Records have samples before t = 0, while the pressure
+    is well above ambient; `knots` and `opened` [s] are those of another fit, else found in a pilot fit. The law is
+    [EPV, Eq. 10], integrated; the rate of the random walk is found by the fixed point of the evidence (MacKay 1992, doi
+    10.1162/neco.1992.4.3.415).
     """
     if knots is None or opened is None:
         end = max(record.times[-1] for record in records)

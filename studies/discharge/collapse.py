@@ -24,26 +24,11 @@ class Collapse(NamedTuple):
 
 
 def collapse_of(fits: Sequence[AreaFit], end: float, full_area: float) -> Collapse:
-    """Find how well the curves of several tests, at the same knots, fall on one another.
+    """Find how well the curves of several tests, at the same knots, fall on one another, as in [EPV, Fig. 4].
 
-    The question is that of Fig. 4 of the EPV paper (doi 10.1631/jzus.A0820373).
+    All are reported until `end` [s]; `full_area` [m2] is that of the open valve. The result is the spread of the
+    curves, and what their noise alone makes of it.
 
-    Parameters
-    ----------
-    fits : sequence of AreaFit
-        Fit of each test.
-    end : float
-        Until when all of them are reported [s].
-    full_area : float
-        Effective area of the open valve [m2].
-
-    Returns
-    -------
-    Collapse
-        Spread of the curves, and what their noise alone makes of it.
-
-    Examples
-    --------
     Two fits with a standard deviation of 0.1 mm^2 that differ by 0.05 mm^2:
 
     >>> knots, area, sigma = np.linspace(0.0, 4e-3, 5), 1e-6 * np.array([0.0, 3.0, 6.0, 9.0, 9.0]), 1e-7

@@ -65,36 +65,9 @@ class Discharge(NamedTuple):
 
 
 def discharge(vessel: Vessel, records: Sequence[Record]) -> Discharge:
-    """The effective area of a valve over the time after its switch, from discharge tests.
+    """Find the effective area of a valve over the time after its switch, from discharge tests, see `read_test`.
 
-    Parameters
-    ----------
-    vessel : Vessel
-    records : sequence of Record
-        As `read_test` gives them.
-
-    Returns
-    -------
-    Discharge
-
-    Raises
-    ------
-    InputError
-        The tests are too noisy to tell anything.
-
-    Examples
-    --------
-    A valve of 9 mm^2 that opens at once, 5 ms after its switch:
-
-    >>> from apesim.air import gas_of
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.discharge.vessel import Descent
-    >>> vessel, times = Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air)), np.arange(-20e-3, 100e-3, 5e-4)
-    >>> pressures = Descent(vessel, 7e5).pressure(9e-6 * np.clip(times - 5e-3, 0.0, None))[0]
-    >>> pressures += 50.0 * np.random.default_rng(0).standard_normal(len(times))
-    >>> result = discharge(vessel, [Record("p060", times, pressures)])
-    >>> f"{1e6 * result.full_area:.1f} mm^2"
-    '9.0 mm^2'
+    Raises InputError where the tests are too noisy to tell anything.
     """
     parts = [fitted_part(record, vessel.ambient_pressure) for record in records]
     # Without heat from the wall first: where the tests do not tell it, this is the result.
@@ -189,27 +162,11 @@ def _warnings(result: Discharge, vessel: Vessel) -> Iterator[str]:
 
 
 def figure_arrays(result: Discharge) -> dict[str, Any]:
-    """What a figure of discharge tests shows.
+    """Collect what a figure of discharge tests shows.
 
-    Parameters
-    ----------
-    result : Discharge
-
-    Returns
-    -------
-    dict
-        ``tests``: of each its ``name``, ``time`` [s], ``pressure`` and ``fitted`` [Pa abs], and up to where it tells
-        ``knots`` [s], ``area``, ``low`` and ``high`` [m2]; ``pooled``: the last four of all tests together; ``curve``:
-        as `Discharge.curve`; ``full_area`` [m2], the largest area where there is none; ``cut_off`` [s].
-
-    Examples
-    --------
-    >>> knots, area = np.linspace(0.0, 2e-3, 3), 1e-6 * np.array([0.0, 9.0, 9.0])
-    >>> record = Record("p060", knots, np.array([7e5, 6e5, 5e5]))
-    >>> fit = AreaFit(knots, area, np.full(3, 2e-7), np.eye(3), np.array([500.0]), [record.pressures], 1.0)
-    >>> result = Discharge([record], [500.0], [fit], [1e-3], fit, 1e-3, 9e-6, 2e-7, np.empty((0, 5)), None, [])
-    >>> figure_arrays(result)["pooled"]["knots"].tolist()
-    [0.0, 0.001]
+    ``tests``: of each its ``name``, ``time`` [s], ``pressure`` and ``fitted`` [Pa abs], and up to where it tells
+    ``knots`` [s], ``area``, ``low`` and ``high`` [m2]; ``pooled``: the last four of all tests together; ``curve``: as
+    `Discharge.curve`; ``full_area`` [m2], the largest area where there is none; ``cut_off`` [s].
     """
 
     def band(fit: AreaFit, end: float) -> dict[str, np.ndarray]:

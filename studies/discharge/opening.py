@@ -17,24 +17,10 @@ MAX_HALF_BAND = 0.2
 
 
 def find_cut_off(fit: AreaFit, last: float, full_area: float) -> float:
-    """Find until when an area is reported: by half its band, and by the pressure.
+    """Find until when [s] an area is reported: by half its band, and by the pressure, too low after `last` [s].
 
-    Parameters
-    ----------
-    fit : AreaFit
-        Effective area over time.
-    last : float
-        Time after which the pressure is too low [s].
-    full_area : float
-        Effective area of the open valve [m2].
+    It is the last knot at which half the band is at most `MAX_HALF_BAND` of the area of the open valve [m2].
 
-    Returns
-    -------
-    float
-        Last knot at which half the band is at most `MAX_HALF_BAND` of the full area [s].
-
-    Examples
-    --------
     >>> knots, area = np.linspace(0.0, 4e-3, 5), 1e-6 * np.array([0.0, 3.0, 6.0, 9.0, 9.0])
     >>> half_band = 1e-6 * np.array([0.0, 0.2, 0.2, 0.3, 4.0])
     >>> find_cut_off(AreaFit(knots, area, half_band, np.zeros((5, 5)), np.zeros(1), [], 1.0), 4e-3, 9e-6)
@@ -60,28 +46,7 @@ class Plateau(NamedTuple):
 def find_plateau(fit: AreaFit, end: float, choked: float) -> Plateau:
     """Find the plateau of an area, while the flow is choked, and beyond where it goes on alike.
 
-    Parameters
-    ----------
-    fit : AreaFit
-        Effective area over time.
-    end : float
-        Until when the area is reported [s].
-    choked : float
-        Until when the flow is choked [s].
-
-    Returns
-    -------
-    Plateau
-
-    Examples
-    --------
-    A valve that is open from 3 ms on, and closes to a leak at 7 ms:
-
-    >>> knots, area = np.arange(11) * 1e-3, 1e-6 * np.array([0.0, 3.0, 6.0, 9.0, 9.0, 9.0, 9.0, 1.0, 1.0, 1.0, 1.0])
-    >>> fit = AreaFit(knots, area, np.full(11, 2e-7), 1e-14 * np.eye(11), np.zeros(1), [], 1.0)
-    >>> start, end, mean, half_band = find_plateau(fit, 10e-3, 6e-3)
-    >>> start, end, round(1e6 * mean, 3), round(1e6 * half_band, 2)
-    (3, 0.006, 9.0, 0.1)
+    The area is reported until `end` [s], the flow is choked until `choked` [s].
     """
     whole = _find_constant(fit, end)
     if choked >= end or np.sum(fit.knots <= choked) <= MIN_KNOTS:
@@ -92,24 +57,7 @@ def find_plateau(fit: AreaFit, end: float, choked: float) -> Plateau:
 
 
 def leaves_band(fit: AreaFit, plateau: Plateau) -> bool:
-    """Whether an area is anywhere above its plateau, or falls from it, by more than its band allows.
-
-    Parameters
-    ----------
-    fit : AreaFit
-    plateau : Plateau
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> knots, area = np.arange(6) * 1e-3, 1e-6 * np.array([0.0, 9.0, 9.0, 6.0, 6.0, 6.0])
-    >>> fit = AreaFit(knots, area, np.full(6, 2e-7), np.zeros((6, 6)), np.zeros(1), [], 1.0)
-    >>> leaves_band(fit, Plateau(3, 5e-3, 6e-6, 1e-7)), leaves_band(fit, Plateau(1, 2e-3, 9e-6, 1e-7))
-    (True, False)
-    """
+    """Tell whether an area is anywhere above its plateau, or falls from it, by more than its band allows."""
     last = int(np.searchsorted(fit.knots, plateau.end, side="right"))
     bands = np.hypot(fit.half_band[1:last], plateau.half_band)
     off = (fit.area[1:last] - plateau.area) / np.maximum(MAX_OUTSIDE * bands, MIN_OUTSIDE * abs(plateau.area))
@@ -138,24 +86,7 @@ def _find_constant(fit: AreaFit, end: float) -> Plateau:
 
 
 def cut(fit: AreaFit, end: float) -> AreaFit:
-    """Take the knots of a fit until a time.
-
-    Parameters
-    ----------
-    fit : AreaFit
-    end : float
-        [s]
-
-    Returns
-    -------
-    AreaFit
-
-    Examples
-    --------
-    >>> knots = np.arange(4) * 1e-3
-    >>> cut(AreaFit(knots, knots, knots, np.zeros((4, 4)), np.zeros(1), [], 1.0), 2e-3).area.tolist()
-    [0.0, 0.001, 0.002]
-    """
+    """Take the knots of a fit until a time [s]."""
     last = int(np.searchsorted(fit.knots, end, side="right"))
     return fit._replace(
         knots=fit.knots[:last],
@@ -166,31 +97,12 @@ def cut(fit: AreaFit, end: float) -> AreaFit:
 
 
 def opening_curve(fit: AreaFit, start: int, full_area: float) -> np.ndarray:
-    """The area made monotone (isotonic regression, weighted by the band), over the full area, and trimmed.
+    """Make an area monotone (isotonic regression, weighted by the band), divide it by the full area [m2], and trim it.
 
-    The regression is SciPy's [1]_.
+    Columns are time [s], opening from 0 to 1, effective area, and low and high end of its band [m2]. The opening is 1
+    from the knot `start` on, the first of the plateau, and 0 up to the last one before at which the area is not
+    positive. The regression is SciPy's (Busing 2022, doi 10.18637/jss.v102.c01).
 
-    Parameters
-    ----------
-    fit : AreaFit
-    start : int
-        First knot of the plateau, from which on the opening is 1. It is 0 up to the last one before at which the area
-        is not positive.
-    full_area : float
-        [m2]
-
-    Returns
-    -------
-    (m, 5) float array
-        Time [s], opening from 0 to 1, effective area, low and high end of its band [m2].
-
-    References
-    ----------
-    .. [1] F. M. T. A. Busing, "Monotone regression: a simple and fast O(n) PAVA implementation", J. Statist. Softw.
-       102, 2022, code snippet 1, doi 10.18637/jss.v102.c01.
-
-    Examples
-    --------
     >>> knots, area = np.linspace(0.0, 4e-3, 5), 1e-6 * np.array([0.0, -0.1, 4.5, 9.0, 9.0])
     >>> fit = AreaFit(knots, area, np.full(5, 2e-7), np.zeros((5, 5)), np.zeros(1), [], 1.0)
     >>> opening_curve(fit, 3, 9e-6)[:, :2].tolist()

@@ -67,37 +67,10 @@ class Record(NamedTuple):
 
 
 def read_test(path: str | PathLike[str], ambient_pressure: float, dialect: Dialect | None = None) -> Record:
-    """Read a discharge test.
+    """Read a discharge test: a CSV with the columns ``time`` and ``pressure``, in any units.
 
-    Parameters
-    ----------
-    path : path
-        CSV with the columns ``time`` and ``pressure``, in any units.
-    ambient_pressure : float
-        Pressure that gauge pressures stand above [Pa abs].
-    dialect : Dialect, optional
-        How the file is written; guessed if left out.
-
-    Returns
-    -------
-    Record
-        Samples of the test, absolute and in SI, without those that are missing or masked.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or is no discharge test; the error names every fault.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> times = np.arange(-5.0, 20.0, 0.5)
-    >>> rows = np.column_stack((times, 100.0 + 600.0 * np.exp(-np.clip(times, 0.0, None) / 12.0)))
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     np.savetxt(f"{folder}/p.csv", rows, delimiter=",", header="time [ms],pressure [kPa abs]", comments="")
-    ...     record = read_test(f"{folder}/p.csv", 100e3)
-    >>> record.name, len(record.times), float(record.pressures[0])
-    ('p.csv', 50, 700000.0)
+    Gauge pressures stand above `ambient_pressure` [Pa abs]; the dialect is guessed if left out. Samples are absolute
+    and in SI, without those missing or masked; the InputError for a file that is no discharge test names every fault.
     """
     file, right, dialect = Path(path), 'give a CSV with the header "time [ms],pressure [kPa abs]"', dialect or Dialect()
     table = read_columns(file, COLUMNS, tuple(COLUMNS), ambient_pressure, right=right, dialect=dialect)
@@ -153,32 +126,9 @@ def _mask(file: str, time: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray
 
 
 def read_tests(files: Sequence[str | PathLike[str]], ambient_pressure: float) -> list[Record]:
-    """Read discharge tests.
+    """Read discharge tests: one CSV for each, see `read_test`, or a folder with a ``measured.toml`` that names them.
 
-    Parameters
-    ----------
-    files : sequence of path
-        One CSV for each test, see `read_test`; or a folder with a ``measured.toml`` that names them.
-    ambient_pressure : float
-        Pressure that gauge pressures stand above [Pa abs].
-
-    Returns
-    -------
-    list of Record
-        Tests in the order of the files.
-
-    Raises
-    ------
-    InputError
-        A file cannot be used; the error names the faults of all files.
-
-    Examples
-    --------
-    >>> try:
-    ...     read_tests(["p040.csv", "p060.csv"], 100e3)
-    ... except InputError as error:
-    ...     print(len(error.faults), "faults")
-    2 faults
+    Gauge pressures stand above `ambient_pressure` [Pa abs]; the InputError names the faults of all files.
     """
     records, all_faults = [], []
     for given in files:
@@ -268,20 +218,9 @@ def _faults(time: np.ndarray, pressure: np.ndarray, ambient_pressure: float) -> 
 def fitted_part(record: Record, ambient_pressure: float) -> Record:
     """Take the samples of a test while it is well above ambient; neighbours are averaged where there are very many.
 
-    Parameters
-    ----------
-    record : Record
-        Test as it was measured.
-    ambient_pressure : float
-        Pressure that the vessel empties into [Pa abs].
+    They end where the smoothed pressure first falls below `MIN_RATIO` times the ambient one [Pa abs], and are at most
+    `MAX_SAMPLES`.
 
-    Returns
-    -------
-    Record
-        Samples until the smoothed pressure first falls below `MIN_RATIO` times the ambient one, at most `MAX_SAMPLES`.
-
-    Examples
-    --------
     >>> times = np.arange(-1e-3, 60e-3, 1e-4)
     >>> pressures = 1e5 + 6e5 * np.exp(-np.clip(times, 0.0, None) / 12e-3)
     >>> part = fitted_part(Record("p060", times, pressures), 1e5)
@@ -299,20 +238,10 @@ def fitted_part(record: Record, ambient_pressure: float) -> Record:
 
 
 def min_noise(record: Record) -> float:
-    """Find the noise below which none is believed: that of the steps between neighbouring values, or of the law.
+    """Find the noise [Pa] below which none is believed: that of the steps between neighbouring values, or of the law.
 
-    Parameters
-    ----------
-    record : Record
-        Test as it was measured.
+    It is the smallest difference of two values over the root of 12, but not below 1e-7 of the highest one.
 
-    Returns
-    -------
-    float
-        Smallest difference of two values over the root of 12, but not below 1e-7 of the highest one [Pa].
-
-    Examples
-    --------
     A sensor with steps of 100 Pa:
 
     >>> times = np.arange(5) * 1e-3
@@ -325,27 +254,9 @@ def min_noise(record: Record) -> float:
 
 
 def noise_before(record: Record) -> tuple[float, float]:
-    """Find the noise of a test before the valve is switched.
+    """Find standard deviation [Pa] and colour of the noise of a test before the valve is switched at t = 0.
 
-    Parameters
-    ----------
-    record : Record
-        Test with samples until t = 0.
-
-    Returns
-    -------
-    deviation : float
-        Standard deviation, not below `min_noise` [Pa].
-    colour : float
-        Correlation of neighbours; 0 where it is not significant [-].
-
-    Examples
-    --------
-    >>> times = np.linspace(-20e-3, 0.0, 400)
-    >>> pressures = 7e5 + 500.0 * np.random.default_rng(0).standard_normal(400)
-    >>> deviation, colour = noise_before(Record("p060", times, pressures))
-    >>> round(deviation, -2), colour
-    (500.0, 0.0)
+    The deviation is not below `min_noise`; the colour is the correlation of neighbours, 0 where it is not significant.
     """
     before = record.pressures[record.times <= 0.0]
     e = before - before.mean()

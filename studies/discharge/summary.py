@@ -13,35 +13,9 @@ from apesim.studies.tables import table_of
 
 
 def discharge_json(result: Discharge, vessel: Vessel) -> dict[str, Any]:
-    """The result of discharge tests, for JSON.
+    """Lay out the result of discharge tests for JSON: the keys of ``apesim valve discharge --json`` that the tests say.
 
-    Parameters
-    ----------
-    result : Discharge
-        Evaluation of the tests.
-    vessel : Vessel
-        What was emptied.
-
-    Returns
-    -------
-    dict
-        Keys of ``apesim valve discharge --json`` that the tests say; a key names its unit.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from apesim.air import gas_of
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.discharge.area import AreaFit
-    >>> from apesim.studies.discharge.records import Record
-    >>> knots, area = np.linspace(0.0, 2e-3, 3), 1e-6 * np.array([0.0, 9.0, 9.0])
-    >>> record = Record("p060", knots, np.array([7e5, 6e5, 5e5]))
-    >>> fit = AreaFit(knots, area, np.full(3, 2e-7), np.eye(3), np.array([500.0]), [record.pressures], 1.0)
-    >>> curve = np.column_stack((knots[:2], [0.0, 1.0], area[:2], area[:2], area[:2]))
-    >>> result = Discharge([record], [500.0], [fit], [2e-3], fit, 2e-3, 9e-6, 2e-7, curve, None, [])
-    >>> data = discharge_json(result, Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air)))
-    >>> round(data["effective_area_mm2"], 6), float(data["open_ms"]), data["tests"][0]["noise_Pa"]
-    (9.0, 1.0, 500.0)
+    A key names its unit.
     """
     rows = zip(result.records, result.fits, result.ends, result.noise, strict=True)
     return {
@@ -81,28 +55,7 @@ def discharge_json(result: Discharge, vessel: Vessel) -> dict[str, Any]:
 def find_heat(result: Discharge, vessel: Vessel) -> str:
     """Find how the heat from the wall was taken into account.
 
-    Parameters
-    ----------
-    result : Discharge
-        Evaluation of the tests.
-    vessel : Vessel
-        What was emptied, as it was stated.
-
-    Returns
-    -------
-    str
-        ``isothermal``, as stated; ``wall``: a conductance was found; else ``adiabatic``.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from apesim.air import Air, gas_of
-    >>> from apesim.studies.discharge.area import AreaFit
-    >>> none = np.empty(0)
-    >>> fit = AreaFit(none, none, none, np.empty((0, 0)), none, [], 0.0)
-    >>> result = Discharge([], [], [fit], [], fit, 1e-2, 9e-6, 1e-7, np.empty((0, 5)), None, [])
-    >>> find_heat(result, Vessel(500e-6, 293.0, 1e5, gas_of(Air()), wall=inf))
-    'isothermal'
+    The result is ``isothermal``, as the vessel was stated; ``wall``, where a conductance was found; else ``adiabatic``.
     """
     if vessel.wall == inf:
         return "isothermal"
@@ -125,36 +78,10 @@ def _heat_line(result: Discharge, heat: str) -> str:
 
 
 def discharge_lines(result: Discharge, data: dict[str, Any]) -> Iterator[Table | str]:
-    """A table of discharge tests, and what they say in words.
+    """Yield a table of discharge tests, and what they say in words, for `Console.result` to show one below the other.
 
-    Parameters
-    ----------
-    result : Discharge
-        Evaluation of the tests.
-    data : dict
-        See `discharge_json`; besides ``curve``, the path of the curve, and ``figures``, the paths of the figures.
-
-    Yields
-    ------
-    rich.table.Table or str
-        What `apesim.studies.console.Console.result` shows, one below the other.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from apesim.air import gas_of
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.discharge.area import AreaFit
-    >>> from apesim.studies.discharge.records import Record
-    >>> knots, area = np.linspace(0.0, 2e-3, 3), 1e-6 * np.array([0.0, 9.0, 9.0])
-    >>> record = Record("p060", knots, np.array([7e5, 6e5, 5e5]))
-    >>> fit = AreaFit(knots, area, np.full(3, 2e-7), np.eye(3), np.array([500.0]), [record.pressures], 1.0)
-    >>> curve = np.column_stack((knots[:2], [0.0, 1.0], area[:2], area[:2], area[:2]))
-    >>> result = Discharge([record], [500.0], [fit], [2e-3], fit, 2e-3, 9e-6, 2e-7, curve, None, [])
-    >>> data = discharge_json(result, Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air)))
-    >>> _, area_line, *_ = discharge_lines(result, data | {"curve": "curve.csv", "figures": []})
-    >>> area_line
-    'effective area 9 ± 0.2 mm2 (95 %, by noise alone)'
+    `data` is that of `discharge_json`, with ``curve``, the path of the curve, and ``figures``, the paths of the
+    figures.
     """
     rows = [
         (

@@ -44,29 +44,10 @@ class Vessel(NamedTuple):
 
 
 def temperatures(vessel: Vessel, initial_pressure: float, pressures: np.ndarray) -> np.ndarray:
-    """Find the temperature of the gas that stays in an emptying vessel, adiabatic: Eq. 9 of doi 10.1631/jzus.A0820373.
+    """Find the temperature [K] of the gas that stays in an emptying vessel, adiabatic [EPV, Eq. 9].
 
-    Parameters
-    ----------
-    vessel : Vessel
-        What empties; its gas may have a heat capacity that depends on the temperature.
-    initial_pressure : float
-        Pressure before the valve opens [Pa abs].
-    pressures : (n,) float array
-        Descending, by small steps if cp depends on the temperature [Pa abs].
-
-    Returns
-    -------
-    (n,) float array
-        Temperatures at these pressures [K].
-
-    Examples
-    --------
-    >>> from apesim.air import gas_of
-    >>> from apesim.engine.machine import Machine
-    >>> vessel = Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air))
-    >>> temperatures(vessel, 7e5, np.array([7e5, 3.5e5])).round(1)
-    array([293. , 240.4])
+    The pressures [Pa abs] descend from the initial one before the valve opens [Pa abs], by small steps if cp depends on
+    the temperature.
     """
     gas, ratios = vessel.gas, np.asarray(pressures) / initial_pressure
     k = gas.heat_capacity_ratio
@@ -81,28 +62,13 @@ def temperatures(vessel: Vessel, initial_pressure: float, pressures: np.ndarray)
 
 
 def fall_per_area(vessel: Vessel, initial_pressure: float, pressures: np.ndarray) -> np.ndarray:
-    """Find how fast the pressure falls per effective area: Eq. 10 of doi 10.1631/jzus.A0820373, solved for -dp/dt / S.
+    """Find how fast the pressure falls per effective area [Pa/(s m2)]: [EPV, Eq. 10], solved for -dp/dt / S.
 
-    ``f = k psi p sqrt(R T) / V``, with T of Eq. 9 ``f = k psi sqrt(R T_ini) p^((3k-1)/(2k)) p_ini^((1-k)/(2k)) / V``:
-    both doi 10.1631/jzus.A0820373. Of an isothermal vessel T is T_ini, and 1 stands for the first k, as dm is
-    V dp/(R T) then. Absolute pressures: with gauge ones the law is silently wrong.
+    It is ``f = k psi p sqrt(R T) / V``, with T of [EPV, Eq. 9] ``f = k psi sqrt(R T_ini) p^((3k-1)/(2k))
+    p_ini^((1-k)/(2k)) / V``; in an isothermal vessel T is T_ini, and 1 stands for the first k, as dm is V dp/(R T)
+    then. The wall gives no heat, or is isothermal; pressures are as `temperatures` wants them [Pa abs]: with gauge ones
+    the law is silently wrong.
 
-    Parameters
-    ----------
-    vessel : Vessel
-        What empties, and into what; its wall gives no heat, or is isothermal.
-    initial_pressure : float
-        Pressure before the valve opens [Pa abs].
-    pressures : (n,) float array
-        Pressures, as `temperatures` wants them [Pa abs].
-
-    Returns
-    -------
-    (n,) float array
-        [Pa/(s m2)]
-
-    Examples
-    --------
     A valve of 9 mm^2 on 500 cm^3 at 7 bar lets the pressure fall by so much:
 
     >>> from apesim.air import gas_of
@@ -123,29 +89,9 @@ def fall_per_area(vessel: Vessel, initial_pressure: float, pressures: np.ndarray
 
 
 def effective_area(vessel: Vessel, initial_pressure: float, pressures: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-    """Find the effective area from a pressure and its slope: Eq. 10 of doi 10.1631/jzus.A0820373.
+    """Find the effective area mu S [m2] from pressures [Pa abs] and their slopes [Pa/s] [EPV, Eq. 10].
 
-    Parameters
-    ----------
-    vessel : Vessel
-        What empties, and into what.
-    initial_pressure : float
-        Pressure before the valve opens [Pa abs].
-    pressures, slopes : (n,) float array
-        [Pa abs], [Pa/s]
-
-    Returns
-    -------
-    (n,) float array
-        Coefficient times geometric area, mu S [m2].
-
-    Examples
-    --------
-    >>> from apesim.air import gas_of
-    >>> from apesim.engine.machine import Machine
-    >>> vessel = Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air))
-    >>> 1e6 * effective_area(vessel, 7e5, np.array([7e5]), np.array([-3.5e6])).round(8)
-    array([8.99])
+    The initial pressure is that before the valve opens [Pa abs].
     """
     return -np.asarray(slopes) / fall_per_area(vessel, initial_pressure, np.asarray(pressures))
 
@@ -193,14 +139,8 @@ def _march_warm(vessel: Vessel, initial_pressure: float) -> tuple[np.ndarray, np
 class Descent:
     """The pressure p(Y) of a vessel from which the time integral Y of an effective area [m2 s] has let out gas.
 
-    It is Eq. 10 of the EPV paper (doi 10.1631/jzus.A0820373), integrated with Eq. 9 by the trapezoidal rule. With a
-    warm wall the balances stand for Eq. 9.
-
-    Parameters
-    ----------
-    vessel : Vessel
-    initial_pressure : float
-        At Y = 0 [Pa abs]; the table goes on a little above it.
+    It is [EPV, Eq. 10], integrated with [EPV, Eq. 9] by the trapezoidal rule; with a warm wall the balances stand for
+    Eq. 9. The initial pressure [Pa abs] is that at Y = 0; the table goes on a little above it.
     """
 
     def __init__(self, vessel: Vessel, initial_pressure: float) -> None:
@@ -218,53 +158,16 @@ class Descent:
         self._curve = CubicHermiteSpline(self.passed, self.pressures, -falls)
 
     def pressure(self, passed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Find the pressure of the vessel once some gas is out.
+        """Find the pressure of the vessel once some gas is out, from time integrals Y of the effective area [m2 s].
 
-        Parameters
-        ----------
-        passed : (n,) float array
-            Time integrals Y of the effective area [m2 s].
-
-        Returns
-        -------
-        pressures : (n,) float array
-            [Pa abs]
-        falls : (n,) float array
-            How fast they fall with Y, as `fall_per_area` [Pa/(m2 s)].
-
-        Examples
-        --------
-        >>> from apesim.air import gas_of
-        >>> from apesim.engine.machine import Machine
-        >>> descent = Descent(Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air)), 7e5)
-        >>> pressures, _ = descent.pressure(np.array([0.0, 6.2e-7]))
-        >>> (pressures / 1e5).round(1)
-        array([7., 5.])
+        Returns pressures [Pa abs], and how fast they fall with Y, as `fall_per_area` [Pa/(m2 s)].
         """
         inside = np.clip(passed, self.passed[0], self.passed[-1])
         return self._curve(inside), -self._curve(inside, 1)
 
     def passed_at(self, pressures: np.ndarray) -> np.ndarray:
-        """Find the time integral of the effective area that leaves the vessel at some pressures.
+        """Find the time integral of the effective area [m2 s] that leaves the vessel at some pressures [Pa abs].
 
-        Parameters
-        ----------
-        pressures : (n,) float array
-            Pressures within the table [Pa abs].
-
-        Returns
-        -------
-        (n,) float array
-            Time integrals Y; 0 at the initial pressure [m2 s].
-
-        Examples
-        --------
-        A valve of 9 mm^2 takes so long to empty 500 cm^3 from 7 to 5 bar:
-
-        >>> from apesim.air import gas_of
-        >>> from apesim.engine.machine import Machine
-        >>> descent = Descent(Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air)), 7e5)
-        >>> f"{1e3 * descent.passed_at(5e5) / 9e-6:.0f} ms"
-        '69 ms'
+        The pressures lie within the table; the integral is 0 at the initial one.
         """
         return np.interp(-np.asarray(pressures), -self.pressures, self.passed)

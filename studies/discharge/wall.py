@@ -64,24 +64,11 @@ class Wall(NamedTuple):
 
 
 def find_choked(vessel: Vessel, record: Record, pressures: np.ndarray, critical_ratio: float) -> float:
-    """Find until when the flow out of a vessel is choked.
+    """Find until when [s] the flow out of a vessel is choked, from the fitted pressures at a record's samples [Pa abs].
 
-    Parameters
-    ----------
-    vessel : Vessel
-    record : Record
-    pressures : (n,) float array
-        Of a fit, at its samples [Pa abs].
-    critical_ratio : float
-        Of ambient pressure over that in the vessel; up to it the flow is choked.
+    It is the time of the last sample above the critical pressure, -inf if there is none; up to `critical_ratio`,
+    ambient pressure over that in the vessel, the flow is choked.
 
-    Returns
-    -------
-    float
-        Time of its last sample above the critical pressure [s]; -inf: there is none.
-
-    Examples
-    --------
     >>> from apesim.air import Air, gas_of
     >>> times, pressures = np.arange(4) * 1e-3, np.array([3e5, 2.5e5, 2e5, 1.5e5])
     >>> vessel = Vessel(500e-6, 293.0, 1e5, gas_of(Air()))
@@ -97,38 +84,9 @@ def fit_wall(
 ) -> Wall | None:
     """Find the conductance of the wall, and one area of the open valve beside it, from the choked part of some tests.
 
-    Parameters
-    ----------
-    vessel : Vessel
-        What empties; its own wall is left out of account.
-    records : sequence of Record
-        Tests of the vessel, which start at the temperature of its wall.
-    fit : AreaFit
-        Fit of these tests.
-    opened : float
-        Time from which on the valve is open, as the fit has it without a wall [s].
-    critical_ratio : float
-        Of ambient pressure over that in the vessel; up to it the flow is choked.
-
-    Returns
-    -------
-    Wall or None
-        None: the valve is open for too short a time while the flow is choked.
-
-    Examples
-    --------
-    A valve of 9 mm^2 that opens at once, on a vessel of 2 L with a wall of 5 W/K:
-
-    >>> from apesim.air import Air, gas_of
-    >>> vessel, times = Vessel(2e-3, 293.0, 1e5, gas_of(Air())), np.arange(-0.1, 1.0, 2e-3)
-    >>> descent = Descent(vessel._replace(wall=5.0 / 9e-6), 8e5)
-    >>> pressures = descent.pressure(9e-6 * np.clip(times, 0.0, None))[0]
-    >>> pressures += 100.0 * np.random.default_rng(0).standard_normal(len(times))
-    >>> knots, ones = np.linspace(0.0, 0.1, 5), np.ones(5)
-    >>> fit = AreaFit(knots, ones, ones, np.eye(5), np.array([100.0]), [pressures], 1.0)
-    >>> wall = fit_wall(vessel, [Record("p070", times, pressures)], fit, 0.01, 0.528)
-    >>> round(wall.conductance, 1), round(1e6 * wall.area, 2), wall.is_identified
-    (5.0, 9.0, True)
+    The tests start at the temperature of their wall; the vessel's own wall is left out of account. The valve is open
+    from `opened` [s] on, as the fit without a wall has it, and the flow choked up to `critical_ratio`, ambient pressure
+    over that in the vessel. None: the valve is open for too short a time while the flow is choked.
     """
     opened = min(opened, TIMES_HALF_OPEN * _half_open_at(fit))
     parts, levels, sigmas = [], [], []

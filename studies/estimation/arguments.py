@@ -26,41 +26,10 @@ def open_measured(
 ) -> tuple[Machine, Measured, dict[str, Any]]:
     """Check the arguments of a public function, and read the measured data where a folder is given.
 
-    Parameters
-    ----------
-    function : str
-        Its name, for messages.
-    machine : Machine
-    measured : Measured or path
-    bench : {"valve", "engine", "cylinder"}, optional
-        The only one that is of use.
-    faults : iterable of (name, what is wrong, what would be right)
-        Faults of further arguments.
-    **numbers : (value, declaration)
-        Further arguments by name.
-
-    Returns
-    -------
-    machine : Machine
-        Machine with floats for all its numbers.
-    measured : Measured
-        What the machine rules out is masked in it.
-    given : dict
-        The further arguments, in SI.
-
-    Raises
-    ------
-    InputError
-        With every fault.
-
-    Examples
-    --------
-    >>> from apesim.quantities import Quantity
-    >>> measured = Measured("", {}, (), "valve", 101325.0)
-    >>> share = Quantity("", 0, 1, "a call")
-    >>> *_, given = open_measured("explain", Machine(), measured, bench="valve", tolerance=(0.1, share))
-    >>> given
-    {'tolerance': 0.1}
+    `bench` is the only one of "valve", "engine" and "cylinder" that is of use; `faults` are those of further arguments:
+    name, what is wrong, what would be right; `numbers` are further arguments, each a value and its declaration. Returns
+    the machine with floats for all its numbers, the data with what the machine rules out masked, and the further
+    arguments in SI; raises InputError with every fault.
     """
     arguments, machine = arguments_of(function, machine)
     given = {name: arguments.quantity(name, value, declared) for name, (value, declared) in numbers.items()}

@@ -31,38 +31,11 @@ DEEPER = 1.0
 def uncalibrated(
     machine: Machine, measured: Measured, counter: Counter | None = None
 ) -> tuple[WhitenedResiduals, list[str]]:
-    """The residuals of the runs to be fitted as a function of the machine's nuisances, with the noise of the data.
+    """Return the residuals of the runs to be fitted, a function of the machine's nuisances, with the noise of the data.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    measured : apesim.studies.measured.Measured
-        The noise is estimated from the runs to be fitted and from the gate runs.
-    counter : apesim.studies.estimation.residuals.Counter, optional
-        Counter of the simulations of the residuals; without it one of their own.
-
-    Returns
-    -------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    warnings : list of str
-        See `apesim.studies.estimation.noise.estimation.noise_of`.
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        The machine cannot be simulated.
-
-    Examples
-    --------
-    Lift at rest, with a noise of 0.03 mm:
-
-    >>> from apesim.studies.measured import MeasuredRun
-    >>> times = np.arange(0.0, 1.5e-3, 1e-5)
-    >>> lift = np.random.default_rng(1).normal(0.0, 3e-5, len(times))  # the dead time of the valve, at rest
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": lift})
-    >>> residuals, _ = uncalibrated(Machine(), Measured("", {}, (run,), "valve"))
-    >>> round(residuals.noise["lift"][1e-5].deviation, 5)
-    3e-05
+    The noise is estimated from the runs to be fitted and from the gate runs; the warnings are those of `noise_of`.
+    Without a counter of simulations the residuals have one of their own; raises EndedEarly where the machine cannot be
+    simulated.
     """
     nuisances = nuisances_of(machine, measured)
     known = WhitenedResiduals(machine, measured.of(FIT) + measured.of(GATE), nuisances)
@@ -73,54 +46,13 @@ def uncalibrated(
 def calibrate(
     machine: Machine, measured: Measured, counter: Counter | None = None, known: Scatter | None = None
 ) -> tuple[Model, list[str]]:
-    """Calibrate a machine: fit its nuisances to measured data under their priors.
+    """Calibrate a machine: fit its nuisances to measured data under their priors; the model is without candidates.
 
     It minimises ``|e(x)|^2 + |x|^2`` from x = 0, with the whitened residuals e and the nuisances x in prior standard
-    deviations. Where runs are repeated, their noise is found anew beside what may scatter between them. What they
-    differ by beyond it, and what the user states, is whitened like noise, see
-    `apesim.studies.estimation.scatter.find_scatter`.
-
-    It is the most probable point under Gaussian noise and priors [1]_.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    measured : apesim.studies.measured.Measured
-    counter : apesim.studies.estimation.residuals.Counter, optional
-        Counter of the simulations of the residuals; without it one of their own.
-    known : apesim.studies.estimation.scatter.Scatter, optional
-        Scatter between runs that more repeats than these have told.
-
-    Returns
-    -------
-    model : apesim.studies.estimation.model.Model
-        The calibrated machine, without candidates.
-    warnings : list of str
-        See `apesim.studies.estimation.noise.estimation.noise_of`, and
-        `apesim.studies.estimation.scatter.warn_of_odd_repeats`.
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        The machine cannot be simulated.
-
-    Examples
-    --------
-    Lift at rest tells nothing but the offset of its sensor, here of 0.02 mm:
-
-    >>> from apesim.studies.measured import MeasuredRun
-    >>> times = np.arange(0.0, 1.5e-3, 1e-5)
-    >>> lift = np.random.default_rng(1).normal(2e-5, 3e-5, len(times))  # in the dead time
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": lift})
-    >>> model, _ = calibrate(Machine(), Measured("", {}, (run,), "valve"))
-    >>> keys = [parameter.key for parameter in model.residuals.parameters]
-    >>> round(float(model.fitted.x[keys.index("effects.sensor_offset.lift")]), 1)  # in prior standard deviations
-    0.9
-
-    References
-    ----------
-    .. [1] A. Tarantola, "Inverse Problem Theory and Methods for Model Parameter Estimation", SIAM, 2005,
-       doi 10.1137/1.9780898717921, chapter 3.
+    deviations: the most probable point under Gaussian noise and priors (Tarantola 2005, doi 10.1137/1.9780898717921,
+    chapter 3). Where runs are repeated, their noise is found anew beside what may scatter between them
+    (`find_scatter`), which is whitened like noise; `known` is the scatter that more repeats have told. Raises
+    EndedEarly where the machine cannot be simulated.
     """
     residuals, warnings = uncalibrated(machine, measured, counter)
     fitted = descend(residuals, np.zeros(len(residuals.parameters)))
@@ -145,27 +77,8 @@ def calibrate(
 def elsewhere(base: Model, work: Any) -> Model:
     """Look for a deeper minimum of a calibration, from `STARTS` further starts drawn from the priors.
 
-    An engine near the limit of its valve has ranges without any steady state, which no descent crosses.
-
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    apesim.studies.estimation.model.Model
-        The calibrated machine at the deepest minimum; `base` itself where none is deeper by `DEEPER`.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.work import Work
-    >>> from apesim.studies.measured import MeasuredRun
-    >>> run = MeasuredRun("", "", 0.5e6, 287.0, 50e-3, "fit", np.arange(0.0, 1e-3, 1e-5), {"lift": np.zeros(100)})
-    >>> base, _ = calibrate(Machine(), Measured("", {}, (run,), "valve"))
-    >>> elsewhere(base, Work()) is base  # at rest there is no other minimum
-    True
+    An engine near the limit of its valve has ranges without any steady state, which no descent crosses. Returns `base`
+    itself where no minimum is deeper by `DEEPER`.
     """
     residuals, rng = base.residuals, np.random.default_rng(SEED)
     draws = rng.standard_normal((STARTS, len(base.fitted.x)))

@@ -15,29 +15,11 @@ farther off is another rig. Chosen; at ten it costs a fifth of what Student's t 
 def find_pull(x: ArrayLike) -> np.ndarray:
     """Find how hard its prior pulls a number back: the root of twice the negative log likelihood, with its sign.
 
-    The prior is Student's t of f = `FREEDOM` degrees of freedom, times a normal law of s = `SLAB` standard deviations,
-    without which a gap that nothing explains drives numbers anywhere (a regularised heavy tail [1]_). Both are weighted
-    so that it is near its middle the normal law of the standard deviation that is stated::
+    With x in standard deviations it is ``sign(x) sqrt((1 - 1 / s^2) (f + 1) ln(1 + x^2 / (f + 1)) + x^2 / s^2)``:
+    Student's t of f = `FREEDOM` degrees of freedom, times a normal law of s = `SLAB` standard deviations, without which
+    a gap that nothing explains drives numbers anywhere (Piironen and Vehtari 2017, doi 10.1214/17-EJS1337SI). Near its
+    middle it is the normal law of the standard deviation that is stated.
 
-        pull = sign(x) sqrt((1 - 1 / s^2) (f + 1) ln(1 + x^2 / (f + 1)) + x^2 / s^2)
-
-    Parameters
-    ----------
-    x : array_like
-        Standard deviations.
-
-    Returns
-    -------
-    float array
-        Of the same shape.
-
-    References
-    ----------
-    .. [1] J. Piironen and A. Vehtari, "Sparsity information and regularization in the horseshoe and other shrinkage
-       priors", Electron. J. Statist. 11, 2017, pp. 5018-5051, doi 10.1214/17-EJS1337SI.
-
-    Examples
-    --------
     >>> find_pull([-0.1, 1.0, 3.0, 6.0]).round(3).tolist()
     [-0.1, 0.957, 2.303, 3.397]
     """

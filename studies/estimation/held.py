@@ -7,16 +7,7 @@ from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
 
 
 class HeldParameter:
-    """Residuals with one parameter held, as a function of the others.
-
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    number : int
-        Place of the parameter that is held.
-    value : float
-        Value x at which it is held.
-    """
+    """Residuals with one parameter held at a value x, as a function of the others; `number` is its place among all."""
 
     def __init__(self, residuals: WhitenedResiduals, number: int, value: float) -> None:
         self.residuals, self.number, self.value = residuals, number, value
@@ -24,73 +15,21 @@ class HeldParameter:
         self.low, self.high = residuals.low[self.others], residuals.high[self.others]
 
     def insert_held(self, x: np.ndarray) -> np.ndarray:
-        """All parameters: the free ones with the one held among them.
-
-        Parameters
-        ----------
-        x : (p - 1,) float array
-
-        Returns
-        -------
-        (p,) float array
-
-        Examples
-        --------
-        >>> from types import SimpleNamespace
-        >>> bounds = SimpleNamespace(low=np.full(3, -1.0), high=np.full(3, 1.0))
-        >>> HeldParameter(bounds, 1, 0.5).insert_held(np.array([0.1, 0.9])).tolist()
-        [0.1, 0.5, 0.9]
-        """
+        """Return all parameters, (p,): the free ones, (p - 1,), with the one held among them."""
         return np.insert(x, self.number, self.value)
 
     def at(self, x: np.ndarray) -> np.ndarray:
-        """Whitened residuals and pulls, see `apesim.studies.estimation.residuals.WhitenedResiduals.at`.
+        """Whitened residuals and pulls [standard deviations], (n + p,), at the free parameters, (p - 1,).
 
-        Parameters
-        ----------
-        x : (p - 1,) float array
-
-        Returns
-        -------
-        (n + p,) float array
-            [standard deviations]
-
-        Examples
-        --------
-        >>> from types import SimpleNamespace
-        >>> bounds = {"low": np.full(2, -9.0), "high": np.full(2, 9.0)}
-        >>> plane = SimpleNamespace(**bounds, at=lambda x: np.array([x[0] + 10.0 * x[1]]))
-        >>> HeldParameter(plane, 1, 0.5).at(np.array([2.0])).tolist()
-        [7.0]
+        See `WhitenedResiduals.at`.
         """
         return self.residuals.at(self.insert_held(x))
 
     def jacobian(self, x: np.ndarray, residuals: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sensitivities to the free parameters.
+        """Find the sensitivities to the free parameters, (n + p, p - 1), and the steps for the next differences.
 
-        Parameters
-        ----------
-        x : (p - 1,) float array
-        residuals : (n + p,) float array
-            Residuals at x.
-        steps : (p - 1,) float array
-            Step of each difference, in units of x.
-
-        Returns
-        -------
-        jacobian : (n + p, p - 1) float array
-        steps : (p - 1,) float array
-            Steps for the next differences, see `apesim.studies.estimation.residuals.WhitenedResiduals.jacobian`.
-
-        Examples
-        --------
-        >>> from types import SimpleNamespace
-        >>> slopes = np.array([[1.0, 10.0]])
-        >>> bounds = {"low": np.full(2, -9.0), "high": np.full(2, 9.0)}
-        >>> plane = SimpleNamespace(**bounds, jacobian=lambda x, residuals, steps, only: (slopes[:, only], steps))
-        >>> jacobian, steps = HeldParameter(plane, 1, 0.5).jacobian(np.array([2.0]), np.array([7.0]), np.array([0.01]))
-        >>> jacobian.tolist(), steps.tolist()
-        ([[1.0]], [0.01])
+        Parameters and the steps of their differences, in units of x, are (p - 1,), the residuals at x (n + p,); see
+        `WhitenedResiduals.jacobian`.
         """
         all_steps = np.insert(steps, self.number, np.nan)  # the parameter that is held takes none
         jacobian, all_steps = self.residuals.jacobian(self.insert_held(x), residuals, all_steps, self.others)
@@ -102,26 +41,10 @@ def fit_held(
 ) -> tuple[np.ndarray, float, bool]:
     """Find the least squares from a start with parameter j held.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
-        Fit without anything held, whose sensitivities and steps are taken to begin with.
-    start : (p,) float array
-    j : int
-        Place of the parameter that stays where it is.
-    converged : float
-        See `apesim.studies.estimation.levenberg_marquardt.descend`.
+    `fitted` is the fit without anything held, whose sensitivities and steps are taken to begin with; for `converged`
+    see `descend`. Returns all parameters, (p,), their sum of squares (inf where the simulation does not come to its end
+    at the start), and whether the minimum is reached.
 
-    Returns
-    -------
-    x : (p,) float array
-    cost : float
-        Sum of squares; inf where the simulation does not come to its end at the start.
-    is_reached : bool
-
-    Examples
-    --------
     Two parameters with a correlated sum of squares; with the second one held at 1, the first is best at -0.5:
 
     >>> slopes = np.array([[1.0, 0.5], [0.0, 1.0]])

@@ -75,61 +75,16 @@ class LeastSquares(Protocol):
     """Largest parameters, (p,)."""
 
     def at(self, x: np.ndarray) -> np.ndarray:
-        """Find the residuals at x.
+        """Find the residuals [standard deviations], (n,), at x, (p,).
 
-        Parameters
-        ----------
-        x : (p,) float array
-
-        Returns
-        -------
-        (n,) float array
-            [standard deviations]
-
-        Raises
-        ------
-        apesim.studies.estimation.residuals.EndedEarly
-            A simulation does not come to its end.
-
-        Examples
-        --------
-        >>> class Mean:
-        ...     low, high = np.array([-10.0]), np.array([10.0])
-        ...     def at(self, x):
-        ...         return x - np.array([1.0, 3.0])
-        >>> Mean().at(np.array([2.0])).tolist()
-        [1.0, -1.0]
+        Raises EndedEarly where a simulation does not come to its end.
         """
 
     def jacobian(self, x: np.ndarray, residuals: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Find the sensitivities of the residuals at x.
+        """Find the sensitivities, (n, p), of the residuals at x, and the steps for the next differences.
 
-        Parameters
-        ----------
-        x : (p,) float array
-        residuals : (n,) float array
-            Residuals at x.
-        steps : (p,) float array
-            Step of each finite difference, in units of x.
-
-        Returns
-        -------
-        jacobian : (n, p) float array
-        steps : (p,) float array
-            Steps for the next differences.
-
-        Raises
-        ------
-        apesim.studies.estimation.residuals.EndedEarly
-            A simulation does not come to its end.
-
-        Examples
-        --------
-        >>> class Mean:
-        ...     def jacobian(self, x, residuals, steps):
-        ...         return np.ones((2, 1)), steps
-        >>> Mean().jacobian(np.array([2.0]), np.array([1.0, -1.0]), np.array([0.1]))[0].tolist()
-        [[1.0], [1.0]]
+        Given are x, (p,), the residuals there, (n,), and the step of each finite difference, in units of x. Raises
+        EndedEarly where a simulation does not come to its end.
         """
 
 
@@ -148,70 +103,16 @@ def descend(
 ) -> Fitted:
     """Descend to the nearest minimum of the sum of squares within the bounds.
 
-    Each step solves ``(J'J + damping diag(J'J)) step = -J'e`` (Levenberg [1]_, Marquardt [2]_) for the parameters that
-    no bound holds. After a step that lowers the sum of squares, J is kept up by Broyden's rule [3]_,
-    ``J + (e_new - e - J step) step' / (step' step)``; it is taken anew where a step does not keep its promise.
-
-    Parameters
-    ----------
-    residuals : LeastSquares
-        Such as an `apesim.studies.estimation.residuals.WhitenedResiduals`.
-    x : (p,) float array
-        Start; it is clipped to the bounds.
-    jacobian : (n + p, p) float array, optional
-        Sensitivities from nearby; without them they are taken at the start.
-    steps : (p,) float array, optional
-        Steps of finite differences, such as those of a fit nearby; without them, `first_steps`.
-    converged : float
-        Fall of the sum of squares that a fresh step would still promise at the end.
-    errors : (n + p,) float array, optional
-        Residuals at the start, where they are known.
-    is_exact : bool
-        Whether the sensitivities given are those at the start, and not only from nearby.
-    known : float
-        Sum of squares of a minimum that another descent has found: one that comes as near to it as `SAME` is over, and
-        takes no sensitivities anew.
-    limit : float
-        Sum of squares above which a minimum is of no interest: a descent that comes to rest above it is over, and takes
-        no sensitivities anew.
-    least_promise : float
-        Share of the way down to the limit that every step after the first has to promise, else the descent is over; 0
-        for starts from far away, whose first steps promise little.
-
-    Returns
-    -------
-    Fitted
-        ``converged`` is False where `MAX_STEPS` did not suffice, and where the descent came to a known minimum, to rest
-        above the limit, or on a way that does not lead down to it.
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        The simulation does not come to its end at the start.
-
-    References
-    ----------
-    .. [1] K. Levenberg, "A method for the solution of certain non-linear problems in least squares", Quart. Appl. Math.
-       2, 1944, pp. 164-168, doi 10.1090/qam/10666.
-    .. [2] D. W. Marquardt, "An algorithm for least-squares estimation of nonlinear parameters", J. Soc. Indust. Appl.
-       Math. 11, 1963, pp. 431-441, doi 10.1137/0111030.
-    .. [3] C. G. Broyden, "A class of methods for solving nonlinear simultaneous equations", Math. Comp. 19, 1965,
-       pp. 577-593, doi 10.1090/S0025-5718-1965-0198670-6.
-
-    Examples
-    --------
-    A line through four points, known to 0.01 each:
-
-    >>> class Line:
-    ...     low, high = np.array([-10.0, -10.0]), np.array([10.0, 10.0])
-    ...     times, seen = np.arange(4.0), np.array([1.0, 3.0, 5.0, 7.0])
-    ...     def at(self, x):
-    ...         return (x[0] + x[1] * self.times - self.seen) / 0.01
-    ...     def jacobian(self, x, residuals, steps):
-    ...         return np.column_stack([np.ones(4), self.times]) / 0.01, steps
-    >>> fitted = descend(Line(), np.zeros(2))
-    >>> fitted.x.round(3).tolist(), fitted.converged
-    ([1.0, 2.0], True)
+    Each step solves ``(J'J + damping diag(J'J)) step = -J'e`` (Levenberg 1944, doi 10.1090/qam/10666; Marquardt 1963,
+    doi 10.1137/0111030) for the parameters that no bound holds; J is kept up by Broyden's rule ``J + (e_new - e - J
+    step) step' / (step' step)`` (Broyden 1965, doi 10.1090/S0025-5718-1965-0198670-6), and taken anew where a step does
+    not keep its promise. The start `x` is clipped to the bounds; `jacobian` and `steps` come from nearby (`is_exact`:
+    `jacobian` is that at the start), else they are taken at the start; `errors` are the residuals there; `converged` is
+    the fall of the sum of squares that a fresh step would still promise at the end. A descent is over, without
+    sensitivities anew, where it comes as near as `SAME` to the sum of squares `known` of another minimum, comes to rest
+    above `limit`, or where a step after the first promises less than the share `least_promise` of the way down to it (0
+    for starts from far away). The result's ``converged`` is False then, and where `MAX_STEPS` did not suffice; raises
+    EndedEarly where the simulation does not come to its end at the start.
     """
     start = np.asarray(x, dtype=float)
     x = np.clip(start, residuals.low, residuals.high)

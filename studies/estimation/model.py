@@ -71,53 +71,11 @@ class Model(NamedTuple):
         ]
 
     def own(self, number: int) -> np.ndarray:
-        """Fitted values x of the parameters of one candidate.
-
-        Parameters
-        ----------
-        number : int
-            Place of the candidate.
-
-        Returns
-        -------
-        (q,) float array
-            In the order of the candidate's parameters.
-
-        Examples
-        --------
-        >>> from types import SimpleNamespace
-        >>> from apesim.studies.estimation.parameters import Parameter
-        >>> force = Parameter("effects.side_force.force", 10.0, 0.0, 1.3)
-        >>> candidate = SimpleNamespace(name="side_force", parameters=(force,))
-        >>> fitted = Fitted(np.array([0.3]), np.array([0.1, 0.0]), np.array([[8.0], [0.0]]), True, np.array([0.01]))
-        >>> model = Model((candidate,), WhitenedResiduals(Machine(), [], [force]), fitted)
-        >>> model.own(0).tolist()
-        [0.3]
-        """
+        """Fitted values x of the parameters of the candidate at a place, in the order of its parameters."""
         return self.fitted.x[self.places(number)]
 
     def places(self, number: int) -> range:
-        """Find the places of one candidate's parameters among all.
-
-        Parameters
-        ----------
-        number : int
-            Place of the candidate.
-
-        Returns
-        -------
-        range
-
-        Examples
-        --------
-        >>> from types import SimpleNamespace
-        >>> from apesim.studies.estimation.parameters import Parameter
-        >>> force = Parameter("effects.side_force.force", 10.0, 0.0, 1.3)
-        >>> candidate = SimpleNamespace(name="side_force", parameters=(force,))
-        >>> fitted = Fitted(np.zeros(3), np.zeros(4), np.zeros((4, 3)), True, np.zeros(3))
-        >>> Model((candidate,), WhitenedResiduals(Machine(), [], [force]), fitted).places(0)
-        range(2, 3)
-        """
+        """Find the places of one candidate's parameters among all; `number` is the place of the candidate."""
         first = len(self.fitted.x) - self.added
         first += sum(len(candidate.parameters) for candidate in self.candidates[:number])
         return range(first, first + len(self.candidates[number].parameters))
@@ -127,21 +85,6 @@ class Model(NamedTuple):
 
         Parameters that the data do not depend on are left as they were, and values beyond the range of a machine file
         become the end of it.
-
-        Returns
-        -------
-        apesim.engine.machine.Machine
-
-        Examples
-        --------
-        >>> from types import SimpleNamespace
-        >>> from apesim.studies.estimation.parameters import Parameter
-        >>> force = Parameter("effects.side_force.force", 10.0, 0.0, 1.3)
-        >>> candidate = SimpleNamespace(name="side_force", parameters=(force,))
-        >>> fitted = Fitted(np.array([0.3]), np.array([0.1, 0.0]), np.array([[8.0], [0.0]]), True, np.array([0.01]))
-        >>> model = Model((candidate,), WhitenedResiduals(Machine(), [], [force]), fitted)
-        >>> model.machine().effects.side_force.force
-        3.0
         """
         machine, runs, corrected = self.residuals.machine, self.residuals.runs, self.corrected
         for p, x, told in zip(self.residuals.parameters, self.fitted.x, self.identifiable, strict=True):

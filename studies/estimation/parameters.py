@@ -18,12 +18,6 @@ class Parameter(NamedTuple):
 
     A parameter of an effect has the value ``origin + scale x``, or ``scale / x`` where it is inverse. A nuisance shifts
     what the machine has by ``scale x``, or by that share of it where it is relative.
-
-    Examples
-    --------
-    >>> force = Parameter("effects.coulomb_friction.force", 12.0, 0.0, 1.3)
-    >>> force.value(0.25), force.shown(3.0)
-    (3.0, 3.0)
     """
 
     key: str
@@ -54,24 +48,7 @@ class Parameter(NamedTuple):
     """File of the one run that it is of, see `apesim.studies.measured.MeasuredRun.file`; "": it is of all runs."""
 
     def is_of(self, run: MeasuredRun) -> bool:
-        """Whether a run depends on it: it is of all runs, or of this one.
-
-        Parameters
-        ----------
-        run : apesim.studies.measured.MeasuredRun
-
-        Returns
-        -------
-        bool
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.empty(0), {})
-        >>> late = Parameter("effects.time_zero.time", 2e-3, -5.0, 5.0, shifts=True, file="p049.csv")
-        >>> late.is_of(run), late._replace(file="p040.csv").is_of(run)
-        (False, True)
-        """
+        """Whether a run depends on it: it is of all runs, or of this one."""
         return not self.file or self.file == run.file
 
     @property
@@ -92,43 +69,13 @@ class Parameter(NamedTuple):
         return self.key.split(".")[1] not in SENSED if self.key.startswith("effects.") else True
 
     def value(self, x: float) -> float:
-        """The value at x.
-
-        Parameters
-        ----------
-        x : float
-
-        Returns
-        -------
-        float
-            [SI]
-
-        Examples
-        --------
-        >>> Parameter("effects.coulomb_friction.force", 12.0, 0.0, 1.3).value(0.5)
-        6.0
-        """
+        """The value at x [SI]."""
         if self.inverse:
             return self.scale / float(x) if x > 0.0 else self.origin
         return self.origin + self.scale * float(x) * (self.origin if self.relative else 1.0)
 
     def shown(self, value: float) -> float:
-        """A value in the unit of the machine file.
-
-        Parameters
-        ----------
-        value : float
-            [SI]
-
-        Returns
-        -------
-        float
-
-        Examples
-        --------
-        >>> round(Parameter("valve.stroke", 1e-4, -5.0, 5.0).shown(0.009), 6)
-        9.0
-        """
+        """A value [SI] in the unit of the machine file."""
         return shown(self.declaration, value)
 
 
@@ -142,49 +89,14 @@ DECLARED = {leaf.key: leaf.declaration for leaf in schema(Machine)}
 
 
 def shown(declaration: Declaration, value: float) -> float:
-    """A value in the unit in which the machine file declares it.
-
-    Parameters
-    ----------
-    declaration : apesim.quantities.declarations.Declaration
-    value : float
-        [SI]
-
-    Returns
-    -------
-    float
-
-    Examples
-    --------
-    >>> round(shown(DECLARED["valve.stroke"], 0.009), 6)
-    9.0
-    """
+    """A value [SI] in the unit in which the machine file declares it."""
     return value / unit_of(declaration.unit).si("1")  # type: ignore[attr-defined]
 
 
 def value_of(tree: Any, key: str) -> Any:
-    """The value that stands in a machine at a key with dots.
+    """The value that stands in a machine at a key with dots, e.g. "valve.stroke"; SI where it is a quantity.
 
-    Parameters
-    ----------
-    tree : apesim.engine.machine.Machine
-    key : str
-        E.g. "valve.stroke".
-
-    Returns
-    -------
-    object
-        SI where it is a quantity.
-
-    Raises
-    ------
-    AttributeError
-        There is no such key.
-
-    Examples
-    --------
-    >>> value_of(Machine(), "valve.stroke")
-    0.009
+    Raises AttributeError where there is no such key.
     """
     for name in key.split("."):
         tree = getattr(tree, name)
@@ -192,26 +104,9 @@ def value_of(tree: Any, key: str) -> Any:
 
 
 def put(machine: Machine, parameters: Iterable[Parameter], x: Iterable[float]) -> Machine:
-    """The machine with parameters set to given x.
+    """The machine with parameters set to given x, one for each.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        The machine with the supply of a run: a share of the supply's pressure is one of that above ambient, as a gauge
-        errs.
-    parameters : iterable of Parameter
-    x : iterable of float
-        One for each parameter.
-
-    Returns
-    -------
-    apesim.engine.machine.Machine
-
-    Examples
-    --------
-    >>> force = Parameter("effects.side_force.force", 10.0, 0.0, 1.3)
-    >>> put(Machine(), [force], [0.3]).effects.side_force.force
-    3.0
+    `machine` has the supply of the run: a share of the supply's pressure is one of that above ambient, as a gauge errs.
     """
     values: dict[str, Any] = {}
     for parameter, number in zip(parameters, x, strict=True):
@@ -226,26 +121,12 @@ def put(machine: Machine, parameters: Iterable[Parameter], x: Iterable[float]) -
 
 
 def corrections(machine: Machine, parameter: Parameter, x: float, runs: Sequence[MeasuredRun]) -> dict[str, float]:
-    """The entries of a machine file that a parameter at x stands for.
+    """The entries of a machine file, SI values by key, that a parameter at x stands for.
 
-    Supply pressure and temperature are stated by the runs themselves. Where the fit moves them, the instrument is wrong
-    that they were read from, and the entry is its gain or offset.
+    Supply pressure and temperature are stated by the runs themselves: where the fit moves them, the instrument is wrong
+    that they were read from, and the entry is its gain or offset. There are two where only some of the runs state their
+    temperature: the instrument's offset, then the machine's own number.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    parameter : Parameter
-    x : float
-    runs : sequence of apesim.studies.measured.MeasuredRun
-
-    Returns
-    -------
-    dict of float
-        SI values by key. There are two where only some of the runs state their temperature: the instrument's offset,
-        then the machine's own number.
-
-    Examples
-    --------
     A supply that is 2 % higher than its gauge says:
 
     >>> supply = Parameter("supply.pressure", 0.01, -5.0, 5.0, shifts=True, relative=True, prior=True)
@@ -266,23 +147,10 @@ def corrections(machine: Machine, parameter: Parameter, x: float, runs: Sequence
 
 
 def value_at(machine: Machine, parameter: Parameter, x: float) -> float:
-    """The value that the machine has with a parameter at x.
+    """The value that the machine has with a parameter at x [SI].
 
     A relative error of the supply's pressure is taken at the supply that the machine itself states.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    parameter : Parameter
-    x : float
-
-    Returns
-    -------
-    float
-        [SI]
-
-    Examples
-    --------
     >>> value_at(Machine(), Parameter("effects.side_force.force", 10.0, 0.0, 1.3), 0.3)
     3.0
     """

@@ -109,28 +109,13 @@ BENCH_PRIORS = {"valve": VALVE, "engine": VALVE + ENGINE, "cylinder": CYLINDER}
 
 
 def priors_of(machine: Machine, measured: Measured) -> list[Prior]:
-    """What is known of the numbers on which measured data depend.
+    """What is known of the numbers on which measured data depend, the defaults first, in their order.
 
-    What ``measured.toml`` states goes before what the machine file states, and that before the default. Numbers of
-    sensors that the data do not have are left out, and those that the machine does not have.
+    What ``measured.toml`` states goes before what the machine file states, and that before the default; a deviation of
+    0 means that the user calls the number exact. Numbers of sensors that the data do not have are left out, and those
+    that the machine does not have. Raises InputError where a number is stated that the machine does not have, or of
+    which no share can be taken.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    measured : apesim.studies.measured.Measured
-
-    Returns
-    -------
-    list of Prior
-        The defaults first, in their order; with a standard deviation of 0 where the user says that a number is exact.
-
-    Raises
-    ------
-    apesim.quantities.InputError
-        A number is stated that the machine does not have, or of which no share can be taken.
-
-    Examples
-    --------
     >>> priors = priors_of(Machine(), Measured("", {}, (), "valve"))  # no sensor at all
     >>> priors[0].key, priors[0].deviation, priors[0].stated_in
     ('valve.viscous_friction', 0.1, 'default')
@@ -151,24 +136,9 @@ def priors_of(machine: Machine, measured: Measured) -> list[Prior]:
 
 
 def nuisances_of(machine: Machine, measured: Measured) -> list[Parameter]:
-    """The nuisances of a set of measured data: those of its bench, without those of sensors that it does not have.
+    """The nuisances of measured data: those of its bench, without those of sensors that it does not have.
 
     Numbers that count as exact are none, see `priors_of`.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    measured : apesim.studies.measured.Measured
-
-    Returns
-    -------
-    list of apesim.studies.estimation.parameters.Parameter
-
-    Examples
-    --------
-    >>> nuisances = nuisances_of(Machine(), Measured("", {}, (), "valve"))  # no sensor at all
-    >>> [parameter.key for parameter in nuisances][:2], len(nuisances)
-    (['valve.viscous_friction', 'valve.solenoid.effective_area'], 6)
     """
     return [nuisance(machine, prior) for prior in priors_of(machine, measured) if prior.deviation]
 
@@ -176,22 +146,8 @@ def nuisances_of(machine: Machine, measured: Measured) -> list[Parameter]:
 def describe_priors(machine: Machine, measured: Measured) -> list[dict[str, Any]]:
     """Describe what is known of the numbers on which measured data depend, for tables and JSON.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    measured : apesim.studies.measured.Measured
-
-    Returns
-    -------
-    list of dict
-        ``key`` as ``[known_to]`` has it, ``value`` in ``unit`` (None: the runs state it), ``known_to`` as text,
-        ``stated_in`` and ``reason`` ("" where the user states it).
-
-    Examples
-    --------
-    >>> row = describe_priors(Machine(), Measured("", {}, (), "valve"))[0]
-    >>> row["key"], round(row["value"], 2), row["unit"], row["known_to"]
-    ('valve.viscous_friction', 111.08, 'N s/m', '10 %')
+    Each has ``key`` as ``[known_to]`` has it, ``value`` in ``unit`` (None: the runs state it), ``known_to`` as text,
+    ``stated_in`` and ``reason`` ("" where the user states it).
     """
     rows = []
     for prior in priors_of(machine, measured):
@@ -210,24 +166,10 @@ def describe_priors(machine: Machine, measured: Measured) -> list[dict[str, Any]
 
 
 def nuisance(machine: Machine, prior: Prior) -> Parameter:
-    """A nuisance as a parameter: x is the shift in prior standard deviations, beforehand a standard normal number.
+    """A nuisance as a parameter whose x is its shift in prior standard deviations.
 
-    Its bounds are what the machine file allows, and `FARTHEST` prior standard deviations at most.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    prior : Prior
-
-    Returns
-    -------
-    apesim.studies.estimation.parameters.Parameter
-
-    Examples
-    --------
-    >>> dead_time = nuisance(Machine(), Prior("valve.solenoid.dead_time", 0.1e-3))
-    >>> dead_time.scale, dead_time.prior
-    (0.0001, True)
+    Beforehand x is a standard normal number; its bounds are what the machine file allows, and `FARTHEST` prior standard
+    deviations at most.
     """
     own = value_of(machine, prior.key)
     low, high = DECLARED[prior.key].ends

@@ -75,19 +75,8 @@ class End(NamedTuple):
 
 
 def first_better(ends: Iterable[End]) -> np.ndarray | None:
-    """The first point of a smaller sum of squares that was met on the way to one of several ends.
+    """The first point, (p,), of a smaller sum of squares met on the way to one of several ends; None: none.
 
-    Parameters
-    ----------
-    ends : iterable of End
-
-    Returns
-    -------
-    (p,) float array or None
-        None: none was met.
-
-    Examples
-    --------
     >>> ends = [End(1.0, EndKind.CLOSED, np.array([1.0])), End(2.0, EndKind.NONE, np.array([2.4]))]
     >>> first_better(ends).tolist()
     [2.4]
@@ -96,31 +85,12 @@ def first_better(ends: Iterable[End]) -> np.ndarray | None:
 
 
 def find_end(likelihood: Likelihood, j: int, side: int) -> End:
-    """Find one end of a parameter's 95 % interval by profile likelihood.
+    """Find one end of the 95 % interval of parameter number `j` by profile likelihood; `side` -1 is the lower.
 
     It is where the least sum of squares with the parameter held is 1.96^2 above that of the optimum (Venzon and
-    Moolgavkar [1]_); where it stays below as far as the parameter's bound, the end is open.
+    Moolgavkar 1988, doi 10.2307/2347496); where it stays below as far as the parameter's bound, the end is open. Its
+    ``kind`` says whether the data hold the parameter there, or whether a point of a smaller sum of squares was met.
 
-    Parameters
-    ----------
-    likelihood : Likelihood
-    j : int
-        Place of the parameter.
-    side : {-1, 1}
-        Lower or upper end.
-
-    Returns
-    -------
-    End
-        ``kind`` says whether the data hold the parameter there, or whether a point of a smaller sum of squares was met.
-
-    References
-    ----------
-    .. [1] D. J. Venzon and S. H. Moolgavkar, "A method for computing profile-likelihood-based confidence intervals",
-       Appl. Statist. 37, 1988, pp. 87-94, doi 10.2307/2347496.
-
-    Examples
-    --------
     One parameter, known as 1.0 with a standard deviation of 0.5, and nothing beside it to fit anew:
 
     >>> def hold(guess, j):
@@ -172,20 +142,9 @@ def find_end(likelihood: Likelihood, j: int, side: int) -> End:
 def _held(likelihood: Likelihood, known: Sequence[np.ndarray], slopes: np.ndarray, j: int, target: float) -> Any:
     """Least squares with parameter j held at a target, from the nearest known points of the profile, carried on.
 
-    Parameters
-    ----------
-    likelihood : Likelihood
-    known : list of (p,) float array
-        From the optimum on.
-    slopes : (p,) float array
-        At the optimum, of all parameters along the profile.
-    j : int
-    target : float
-
-    Returns
-    -------
-    point, cost, is_reached
-        Where that is not reached from there, also from the nearest known point as it is.
+    `known` are points (p,) from the optimum on, `slopes` (p,) those of all parameters along the profile at the optimum.
+    Gives the point, its cost, and whether it is reached; where it is not from there, it is tried from the nearest known
+    point as it is, too.
     """
     near, *others = sorted(known, key=lambda point: abs(point[j] - target))
     if others:

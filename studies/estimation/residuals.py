@@ -58,16 +58,7 @@ class Block(NamedTuple):
 class EndedEarly(NotConverged):
     """A simulation of a measured run that did not come to its end.
 
-    Parameters
-    ----------
-    what : str
-        Run that was simulated.
-    wrong : str
-        How it ended.
-    right : str
-        What may help.
-    result : None
-        There is none.
+    `what` names the run, `wrong` says how it ended, `right` what may help; there is no `result`.
     """
 
     def __init__(self, what: str, wrong: str = ENDED_EARLY, right: str = REMEDY, result: None = None) -> None:
@@ -75,21 +66,8 @@ class EndedEarly(NotConverged):
 
 
 def unless_ended(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Call a function, and return None where a simulation in it does not come to its end.
+    """Call a function, and return None where a simulation in it does not come to its end (`EndedEarly`).
 
-    Parameters
-    ----------
-    function : callable
-    *arguments : object
-        Arguments that it is called with.
-
-    Returns
-    -------
-    object or None
-        Result of the function; None where it raises `EndedEarly`.
-
-    Examples
-    --------
     >>> def simulate(speed):
     ...     if speed > 100.0:
     ...         raise EndedEarly("no periodic state")
@@ -106,17 +84,8 @@ def unless_ended(function: Callable[..., Any], *arguments: Any) -> Any:
 def blocks_of(runs: Iterable[MeasuredRun]) -> list[Block]:
     """The blocks of measured runs: one for each channel, and one of a single sample for each mean.
 
-    Parameters
-    ----------
-    runs : iterable of apesim.studies.measured.MeasuredRun
+    They come run after run, the channels of a run before its means.
 
-    Returns
-    -------
-    list of Block
-        Run after run, the channels of a run before its means.
-
-    Examples
-    --------
     >>> times = np.arange(0.0, 0.1, 1e-3)
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": 0.0 * times})
     >>> [(block.sensor, len(block.values), block.interval) for block in blocks_of([run])]
@@ -136,79 +105,30 @@ def blocks_of(runs: Iterable[MeasuredRun]) -> list[Block]:
 
 
 class Counter:
-    """Number of simulations of one run each.
-
-    Examples
-    --------
-    >>> counter = Counter()
-    >>> counter.add(3)
-    >>> counter.number
-    3
-    """
+    """Number of simulations of one run each."""
 
     def __init__(self) -> None:
         self.number = 0
 
     def add(self, number: int) -> None:
-        """Count more simulations.
-
-        Parameters
-        ----------
-        number : int
-
-        Examples
-        --------
-        >>> counter = Counter()
-        >>> counter.add(2)
-        >>> counter.number
-        2
-        """
+        """Count more simulations."""
         self.number += number
 
 
 def first_steps(number: int) -> np.ndarray:
-    """Give the steps of the first finite differences of some parameters.
-
-    Parameters
-    ----------
-    number : int
-        Number of parameters.
-
-    Returns
-    -------
-    (number,) float array
-        In units of x.
-
-    Examples
-    --------
-    >>> first_steps(2).tolist()
-    [0.01, 0.01]
-    """
+    """Give the steps of the first finite differences of some parameters, (number,) in units of x."""
     return np.full(number, STEP)
 
 
 class WhitenedResiduals:
-    """Residuals of measured runs as a function of parameters of a machine, whitened, with the pulls of the priors.
+    """Residuals of measured runs as a function of a machine's parameters, whitened, with the pulls of the priors.
 
     Nothing that it gives depends on what was asked of it before: simulations are remembered at `KEPT` points alone, and
-    counted in the counter that was handed in.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    runs : sequence of apesim.studies.measured.MeasuredRun
-    parameters : sequence of Parameter
-    noise : dict, optional
-        Noise by sensor and sampling interval, see `apesim.studies.estimation.noise.estimation.noise_of`; without it
-        there are predictions alone.
-    starts : apesim.studies.estimation.starts.Starts, optional
-        Starts of an engine's runs; without them those of the machine as it is.
-    counter : Counter, optional
-        Counter of the simulations; without it one of its own.
-    change : float
-        Change of the data that a finite difference aims at [standard deviations].
-    scatter : apesim.studies.estimation.scatter.Scatter, optional
-        What the samples of a run have in common, and is another one in each run; it is whitened like other noise.
+    counted in `counter` (None: one of its own). `noise` is by sensor and sampling interval [s], see
+    `apesim.studies.estimation.noise.estimation.noise_of`; without it there are predictions alone. `starts` are those of
+    an engine's runs (None: of the machine as it is), `change` is the change of the data that a finite difference aims
+    at [standard deviations], and `scatter` what the samples of a run have in common, another one in each run, whitened
+    like other noise.
     """
 
     def __init__(
@@ -264,23 +184,7 @@ class WhitenedResiduals:
         return self.counter.number
 
     def with_parameters(self, parameters: Iterable[Parameter]) -> "WhitenedResiduals":
-        """Take other parameters on the same runs, with the same starts and a new counter.
-
-        Parameters
-        ----------
-        parameters : iterable of Parameter
-
-        Returns
-        -------
-        WhitenedResiduals
-
-        Examples
-        --------
-        >>> residuals = WhitenedResiduals(Machine(), [], [])
-        >>> mass = Parameter("valve.moving_mass", 0.1, 0.1, 10.0)
-        >>> [parameter.key for parameter in residuals.with_parameters([mass]).parameters]
-        ['valve.moving_mass']
-        """
+        """Take other parameters on the same runs, with the same starts and a new counter."""
         other = WhitenedResiduals(
             self.machine,
             self.runs,
@@ -295,66 +199,19 @@ class WhitenedResiduals:
         return other
 
     def with_noise(self, noise: dict[str, dict[float, Noise]]) -> Self:
-        """Take another noise on the same runs, with the same starts and counter.
-
-        Parameters
-        ----------
-        noise : dict
-            Noise by sensor and sampling interval.
-
-        Returns
-        -------
-        WhitenedResiduals
-
-        Examples
-        --------
-        >>> from apesim.studies.estimation.noise.process import white
-        >>> residuals = WhitenedResiduals(Machine(), [], []).with_noise({"lift": {5e-5: white(3e-5, "stated")}})
-        >>> residuals.noise["lift"][5e-5].deviation
-        3e-05
-        """
+        """Take another noise, by sensor and sampling interval [s], with the same runs, starts and counter."""
         other = self._derived(self.runs, noise, self.starts, self.counter, self.scatter)
         other._memory = dict(self._memory)
         return other
 
     def with_runs(self, runs: Iterable[MeasuredRun], starts: Starts | None = None) -> Self:
-        """Take other runs for the same parameters, with a new counter.
-
-        Parameters
-        ----------
-        runs : iterable of apesim.studies.measured.MeasuredRun
-        starts : apesim.studies.estimation.starts.Starts, optional
-            Starts of these runs; without them those of the machine as it is.
-
-        Returns
-        -------
-        WhitenedResiduals
-
-        Examples
-        --------
-        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.arange(0.0, 0.1, 1e-3), {})
-        >>> [run.name for run in WhitenedResiduals(Machine(), [], []).with_runs([run]).runs]
-        ['p040']
-        """
+        """Take other runs for the same parameters, with a new counter; `starts` None: the machine's own."""
         return self._derived(runs, self.noise, starts, None, self.scatter)
 
     def restarted_at(self, x: np.ndarray) -> Self:
-        """Fix the starts of an engine's runs anew, at given parameters, for all that is simulated near them.
+        """Fix the starts of an engine's runs anew, at parameters x (p,), for all that is simulated near them.
 
-        Parameters
-        ----------
-        x : (p,) float array
-
-        Returns
-        -------
-        WhitenedResiduals
-            Residuals with the same counter; on a valve's bench, which starts from rest, they are the same to the bit.
-
-        Examples
-        --------
-        >>> residuals = WhitenedResiduals(Machine(), [], [])
-        >>> residuals.restarted_at(np.zeros(0)) is residuals
-        False
+        The counter stays; on a valve's bench, which starts from rest, the residuals are the same to the bit.
         """
         starts = starts_at(self.machine, self.runs, self.parameters, x)
         return self._derived(self.runs, self.noise, starts, self.counter, self.scatter)
@@ -383,21 +240,7 @@ class WhitenedResiduals:
         return other
 
     def with_scatter(self, scatter: Scatter | None) -> Self:
-        """Take another scatter of the same runs, with the same starts and counter.
-
-        Parameters
-        ----------
-        scatter : apesim.studies.estimation.scatter.Scatter or None
-
-        Returns
-        -------
-        WhitenedResiduals
-
-        Examples
-        --------
-        >>> WhitenedResiduals(Machine(), [], []).with_scatter(None).scatter is None
-        True
-        """
+        """Take another scatter of the same runs, or None, with the same starts and counter."""
         other = self._derived(self.runs, self.noise, self.starts, self.counter, scatter)
         other._memory = dict(self._memory)
         return other
@@ -405,24 +248,8 @@ class WhitenedResiduals:
     def change_scatter(self, whitened: np.ndarray, scatter: Scatter) -> np.ndarray:
         """Whiten sensitivities by another scatter than the one of these residuals.
 
-        Parameters
-        ----------
-        whitened : (n, k) float array
-            Rows of all blocks, whitened by the own scatter if there is one [standard deviations].
-        scatter : apesim.studies.estimation.scatter.Scatter
-
-        Returns
-        -------
-        (n, k) float array
-            The same, whitened by the other one.
-
-        Examples
-        --------
-        >>> from apesim.studies.gap.example_bench import explain_example
-        >>> model = explain_example().best
-        >>> rows = model.fitted.jacobian[: len(model.fitted.data_residuals)]
-        >>> np.array_equal(model.residuals.change_scatter(rows, Scatter((), (), 0, {})), rows)
-        True
+        `whitened`, (n, k) [standard deviations], has the rows of all blocks, whitened by the own scatter if there is
+        one; the result has the same shape.
         """
         changed = []
         for run, rows in self._scattering or zip(map(identify, self.runs), self.run_slices(), strict=True):
@@ -431,95 +258,29 @@ class WhitenedResiduals:
         return np.concatenate(changed)
 
     def list_spreads(self) -> list[tuple[Spread, slice]]:
-        """List how each run varies by scatter, with its rows.
-
-        Returns
-        -------
-        list of (apesim.studies.estimation.scatter.Spread, slice)
-            Empty where nothing scatters.
-
-        Examples
-        --------
-        >>> WhitenedResiduals(Machine(), [], []).list_spreads()
-        []
-        """
+        """List how each run varies by scatter, with its rows; empty where nothing scatters."""
         spreads = self.scatter.spreads if self.scatter else {}
         return [(spreads[run], rows) for run, rows in self._scattering if run in spreads]
 
     def find_relief(self, errors: np.ndarray) -> float:
         """Find by how much all runs together are more likely than if their scatter were normal.
 
-        Parameters
-        ----------
-        errors : (n,) float array
-            Whitened residuals without the pulls of the priors [standard deviations].
-
-        Returns
-        -------
-        float
-            Fall of twice the negative log likelihood; 0 where nothing scatters.
-
-        Examples
-        --------
-        >>> from apesim.studies.gap.example_bench import explain_example
-        >>> model = explain_example().best
-        >>> model.residuals.find_relief(model.fitted.data_residuals)  # no run is repeated
-        0.0
+        `errors`, (n,), are whitened residuals without the pulls of the priors [standard deviations]; the result is the
+        fall of twice the negative log likelihood, 0 where nothing scatters.
         """
         return sum((spread.find_relief(errors[rows]) for spread, rows in self.list_spreads()), 0.0)
 
     def by_block(self, whole: np.ndarray) -> list[np.ndarray]:
-        """Split an array over all blocks: residuals, without or with the pulls behind them.
-
-        Parameters
-        ----------
-        whole : (n,) or (n + p,) float array
-
-        Returns
-        -------
-        list of (m,) float array
-            Part of each block.
-
-        Examples
-        --------
-        >>> times = np.array([0.0, 1e-3, 2e-3])
-        >>> runs = [MeasuredRun(name, "", 0.5e6, 287.0, 1e-3, "fit", times, {"lift": 0.0 * times}) for name in "ab"]
-        >>> [part.tolist() for part in WhitenedResiduals(Machine(), runs, []).by_block(np.arange(6.0))]
-        [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]]
-        """
+        """Split an array over all blocks, (n,) residuals or (n + p,) with the pulls behind, into each block's part."""
         return [whole[rows] for rows in self.block_slices()]
 
     def block_slices(self) -> list[slice]:
-        """Find the place of each block in an array over all of them.
-
-        Returns
-        -------
-        list of slice
-
-        Examples
-        --------
-        >>> times = np.array([0.0, 1e-3, 2e-3])
-        >>> runs = [MeasuredRun(name, "", 0.5e6, 287.0, 1e-3, "fit", times, {"lift": 0.0 * times}) for name in "ab"]
-        >>> [(rows.start, rows.stop) for rows in WhitenedResiduals(Machine(), runs, []).block_slices()]
-        [(0, 3), (3, 6)]
-        """
+        """Find the place of each block in an array over all of them."""
         ends = accumulate((len(block.values) for block in self.blocks), initial=0)
         return [slice(*pair) for pair in pairwise(ends)]
 
     def run_slices(self) -> list[slice]:
-        """Find the place of each run in an array over all blocks.
-
-        Returns
-        -------
-        list of slice
-
-        Examples
-        --------
-        >>> channels = {"lift": np.zeros(2), "pressure_a": np.zeros(2)}
-        >>> runs = [MeasuredRun(name, "", 0.5e6, 287.0, 1e-3, "fit", np.arange(2.0), channels) for name in "ab"]
-        >>> [(rows.start, rows.stop) for rows in WhitenedResiduals(Machine(), runs, []).run_slices()]
-        [(0, 4), (4, 8)]
-        """
+        """Find the place of each run, with all its channels, in an array over all blocks."""
         lengths = [0] * len(self.runs)
         for block in self.blocks:
             lengths[block.number] += len(block.values)
@@ -574,31 +335,9 @@ class WhitenedResiduals:
         return memory
 
     def predicted(self, x: np.ndarray, tolerance: float = TOLERANCE) -> list[np.ndarray]:
-        """Predict what the sensors would show of each block without noise.
+        """Predict what the sensors would show of each block without noise, (m,) each [SI], at parameters x (p,).
 
-        Parameters
-        ----------
-        x : (p,) float array
-        tolerance : float
-            Tolerance of the march.
-
-        Returns
-        -------
-        list of (m,) float array
-            One for each block [SI].
-
-        Raises
-        ------
-        EndedEarly
-            A simulation does not come to its end.
-
-        Examples
-        --------
-        >>> times = np.array([0.0, 1e-3])
-        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": np.array([1e-5, 0.0])})
-        >>> residuals = WhitenedResiduals(Machine(), [run], [])
-        >>> [values.tolist() for values in residuals.predicted(np.zeros(0))]  # at rest for the first millisecond
-        [[0.0, 0.0]]
+        `tolerance` is that of the march. Raises EndedEarly where a simulation does not come to its end.
         """
         found = []
         for run, prediction in self._predictions(x, tolerance):
@@ -607,53 +346,17 @@ class WhitenedResiduals:
         return found
 
     def marks(self, x: np.ndarray) -> list[dict[str, float]]:
-        """Find the instants that divide the stroke or cycle of each run.
+        """Find the instants that divide the stroke or cycle of each run, at parameters x (p,).
 
-        Parameters
-        ----------
-        x : (p,) float array
-
-        Returns
-        -------
-        list of dict
-            One for each run, see `apesim.studies.measured.prediction.Prediction`.
-
-        Raises
-        ------
-        EndedEarly
-            A simulation does not come to its end.
-
-        Examples
-        --------
-        >>> times = np.array([0.0, 1e-3])
-        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": 0.0 * times})
-        >>> (marks,) = WhitenedResiduals(Machine(), [run], []).marks(np.zeros(0))
-        >>> marks["release"]
-        0.05
+        See `apesim.studies.measured.prediction.Prediction`. Raises EndedEarly where a simulation does not come to its
+        end.
         """
         return [prediction.marks for _, prediction in self._predictions(x)]
 
     def whiten(self, arrays: Sequence[np.ndarray]) -> np.ndarray:
         """Whiten the noise of arrays, one for each block, and put them one below the other.
 
-        Parameters
-        ----------
-        arrays : sequence of (m,) or (m, k) float array
-            [SI]
-
-        Returns
-        -------
-        (n, k) float array
-            [standard deviations]
-
-        Examples
-        --------
-        >>> from apesim.studies.estimation.noise.process import white
-        >>> times = np.array([0.0, 1e-3])
-        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": 0.0 * times})
-        >>> residuals = WhitenedResiduals(Machine(), [run], [], {"lift": {1e-3: white(3e-5, "stated")}})
-        >>> residuals.whiten([np.array([3e-5, 6e-5])]).round(6).tolist()
-        [[1.0], [2.0]]
+        They are (m,) or (m, k) [SI], the result (n, k) [standard deviations].
         """
         if not self._whitenings:
             self._whitenings = [Whitening(noise_for(self.noise, block), block.times) for block in self.blocks]
@@ -670,22 +373,9 @@ class WhitenedResiduals:
     def at(self, x: np.ndarray) -> np.ndarray:
         """Find the residuals: prediction less measurement, whitened, and behind them the pull of each prior.
 
-        Parameters
-        ----------
-        x : (p,) float array
+        x is (p,), the residuals are (n + p,) [standard deviations]. Raises EndedEarly where a simulation does not come
+        to its end.
 
-        Returns
-        -------
-        (n + p,) float array
-            [standard deviations]
-
-        Raises
-        ------
-        EndedEarly
-            A simulation does not come to its end.
-
-        Examples
-        --------
         >>> from apesim.studies.estimation.noise.process import white
         >>> times = np.array([0.0, 1e-3])
         >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": np.array([6e-5, -3e-5])})
@@ -698,53 +388,14 @@ class WhitenedResiduals:
         return np.append(self.whiten(differences)[:, 0] - self._taken, self.pulls(x))
 
     def pulls(self, x: np.ndarray) -> np.ndarray:
-        """Find the pull of each parameter's prior, see `find_pull`: 0 where it has none.
-
-        Parameters
-        ----------
-        x : (p,) float array
-
-        Returns
-        -------
-        (p,) float array
-            [standard deviations]
-
-        Examples
-        --------
-        >>> known = Parameter("valve.moving_mass", 0.01, -5.0, 5.0, 0.1, shifts=True, prior=True)
-        >>> free = Parameter("valve.viscous_friction", 100.0, 0.0, 10.0)
-        >>> WhitenedResiduals(Machine(), [], [known, free]).pulls(np.array([0.5, 1.1])).round(2).tolist()
-        [0.49, 0.0]
-        """
+        """Find the pull of each parameter's prior, (p,) [standard deviations], see `find_pull`: 0 without one."""
         return np.where(self.known, find_pull(x), 0.0)
 
     def column(self, x: np.ndarray, j: int, step: float, residuals: np.ndarray | None = None) -> np.ndarray:
-        """Find the sensitivity of the residuals to one parameter, by a difference of a given step.
+        """Find the sensitivity of the residuals, (n + p,), to parameter `j`, by a difference of a given step in x.
 
-        Parameters
-        ----------
-        x : (p,) float array
-        j : int
-            Place of the parameter.
-        step : float
-            Step in x.
-        residuals : (n + p,) float array, optional
-            Residuals at x; they are found where they are left out.
-
-        Returns
-        -------
-        (n + p,) float array
-
-        Raises
-        ------
-        EndedEarly
-            A simulation does not come to its end.
-
-        Examples
-        --------
-        >>> known = Parameter("valve.moving_mass", 0.01, -5.0, 5.0, 0.1, shifts=True, prior=True)
-        >>> WhitenedResiduals(Machine(), [], [known]).column(np.array([0.5]), 0, 0.25)  # doctest: +SKIP
-        array([1.])
+        `residuals` are those at x, (n + p,); None: they are found. Raises EndedEarly where a simulation does not come
+        to its end.
         """
         moved = np.array(x)
         moved[j] += step
@@ -759,40 +410,10 @@ class WhitenedResiduals:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Find the sensitivities of the residuals to the parameters, by one-sided differences.
 
-        Parameters
-        ----------
-        x : (p,) float array
-        residuals : (n + p,) float array
-            Residuals at x, see `at`.
-        steps : (p,) float array, optional
-            Step of each difference, in units of x; `STEP` where they are left out.
-        only : sequence of int, optional
-            Places of the parameters; without it, all.
-
-        Returns
-        -------
-        jacobian : (n + p, p) or (n + p, len(only)) float array
-        steps : (p,) float array
-            Steps with which the next differences change the data by ``change``; of parameters left out they stay.
-
-        Raises
-        ------
-        EndedEarly
-            A simulation does not come to its end on either side of x.
-
-        Examples
-        --------
-        A gain of the lift that is known within 0.5 %, of a run at rest, which does not show it:
-
-        >>> from apesim.studies.estimation.noise.process import white
-        >>> times = np.array([0.0, 1e-3])
-        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": 0.0 * times})
-        >>> gain = Parameter("effects.sensor_gain.lift", 0.005, -5.0, 5.0, shifts=True, prior=True)
-        >>> residuals = WhitenedResiduals(Machine(), [run], [gain], {"lift": {1e-3: white(3e-5, "stated")}})
-        >>> x = np.zeros(1)
-        >>> jacobian, steps = residuals.jacobian(x, residuals.at(x))
-        >>> jacobian.round(2).tolist(), steps.tolist()
-        ([[0.0], [0.0], [1.0]], [0.1])
+        `residuals` are those at x (p,), see `at`; `steps`, (p,) in units of x, are `STEP` if left out, and `only` are
+        the places of the parameters to take (None: all). Gives the jacobian, (n + p, p or len(only)), and the steps
+        with which the next differences change the data by ``change``; of parameters left out they stay. Raises
+        EndedEarly where a simulation does not come to its end on either side of x.
         """
         steps = first_steps(len(x)) if steps is None else np.array(steps)
         columns, near = {}, self._around(x)

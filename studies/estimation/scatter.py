@@ -55,20 +55,11 @@ class Spread(NamedTuple):
         return 1.0 - (1.0 - self.shares) ** 2
 
     def find_relief(self, errors: np.ndarray) -> float:
-        """Find by how much the run is more likely than if its scatter were normal, see `scatter_sizes.find_relief`.
+        """Find by how much a run is more likely than if its scatter were normal, see `scatter_sizes.find_relief`.
 
-        Parameters
-        ----------
-        errors : (n,) float array
-            White samples of the run [standard deviations].
+        `errors`, (n,), are its white samples [standard deviations]; the result is the fall of twice the negative log
+        likelihood.
 
-        Returns
-        -------
-        float
-            Fall of twice the negative log likelihood.
-
-        Examples
-        --------
         >>> spread = find_spread(np.full((2, 1), 9.0))
         >>> round(spread.find_relief(np.full(2, 5.0)))  # both far off together
         34
@@ -95,20 +86,10 @@ class Scatter(NamedTuple):
     """Keys whose sizes the user states."""
 
     def scale_slopes(self, parameters: Sequence[Parameter], slopes: np.ndarray) -> np.ndarray:
-        """Find what each number that scatters does to data at its standard deviation.
+        """Find what each of the m scattering numbers does to data, (n, m), at its standard deviation.
 
-        Parameters
-        ----------
-        parameters : sequence of apesim.studies.estimation.parameters.Parameter
-        slopes : (n, p) float array
-            Sensitivities of the data to them.
+        `slopes`, (n, p), are the sensitivities of the data to `parameters`.
 
-        Returns
-        -------
-        (n, m) float array
-
-        Examples
-        --------
         >>> pressure = Parameter("supply.pressure", 0.01, -5.0, 5.0, relative=True, prior=True)
         >>> Scatter(("supply.pressure",), (0.3,), 1, {}).scale_slopes([pressure], np.full((2, 1), 10.0)).tolist()
         [[3.0], [3.0]]
@@ -119,20 +100,9 @@ class Scatter(NamedTuple):
     def whiten(self, run: Identity, rows: np.ndarray) -> np.ndarray:
         """Whiten what is common to the samples of a run.
 
-        Parameters
-        ----------
-        run : tuple
-            See `identify`.
-        rows : (n, k) float array
-            Samples of the run, white but for the scatter [standard deviations].
+        `run` is as `identify` gives it; `rows`, (n, k), are white but for the scatter [standard deviations], and stay
+        as they are where nothing is known of the run.
 
-        Returns
-        -------
-        (n, k) float array
-            The same where nothing is known of the run.
-
-        Examples
-        --------
         Both samples of a run go up and down together, by 3 standard deviations of their noise in all:
 
         >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.zeros(2), {"lift": np.zeros(2)})
@@ -144,26 +114,10 @@ class Scatter(NamedTuple):
         return rows if spread is None else shorten(spread, rows)
 
     def find_move(self, run: Identity, samples: int) -> tuple[np.ndarray, np.ndarray]:
-        """Find how far its own scatter has moved a run.
+        """Find how far its own scatter has moved a run that has so many samples; `run` is as `identify` gives it.
 
-        Parameters
-        ----------
-        run : tuple
-            See `identify`.
-        samples : int
-            Number of its samples.
-
-        Returns
-        -------
-        moves : (m,) float array
-            Of each number that scatters [prior standard deviations]; zeros where nothing is known of the run.
-        taken : (samples,) float array
-            What that does to the samples, whitened, as far as it is straight [standard deviations].
-
-        Examples
-        --------
-        >>> Scatter(("supply.pressure",), (0.3,), 1, {}).find_move(("p040", "p040.csv", 0), 2)
-        (array([0.]), array([0., 0.]))
+        Gives the moves of the numbers that scatter, (m,) [prior standard deviations], and what they do to the whitened
+        samples as far as it is straight, (samples,) [standard deviations]; zeros where nothing is known of the run.
         """
         spread = self.spreads.get(run)
         return (spread.moves, spread.taken) if spread else (np.zeros(len(self.keys)), np.zeros(samples))
@@ -171,24 +125,8 @@ class Scatter(NamedTuple):
     def colour(self, run: Identity, rows: np.ndarray) -> np.ndarray:
         """Take the whitening of what is common to the samples of a run back, see `whiten`.
 
-        Parameters
-        ----------
-        run : tuple
-            See `identify`.
-        rows : (n, k) float array
-            White samples of the run [standard deviations].
-
-        Returns
-        -------
-        (n, k) float array
-            Samples with the scatter in them [standard deviations of their noise].
-
-        Examples
-        --------
-        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.zeros(2), {"lift": np.zeros(2)})
-        >>> scatter = Scatter(("supply.pressure",), (0.3,), 1, {identify(run): find_spread(np.full((2, 1), 2.0))})
-        >>> scatter.colour(identify(run), np.array([[1.0, 1.0], [1.0, -1.0]])).round(3).tolist()
-        [[3.0, 1.0], [3.0, -1.0]]
+        `run` is as `identify` gives it; `rows`, (n, k), are white samples, the result has the scatter in it [standard
+        deviations of their noise].
         """
         spread = self.spreads.get(run)
         if spread is None:
@@ -198,46 +136,17 @@ class Scatter(NamedTuple):
 
 
 def identify(run: MeasuredRun) -> Identity:
-    """Identify a run among all of a set, repeats and parts of one file too.
-
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-
-    Returns
-    -------
-    tuple
-        Name, file, and a checksum of what was measured.
-
-    Examples
-    --------
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.zeros(2), {"lift": np.zeros(2)})
-    >>> identify(run) == identify(run._replace(channels={"lift": np.ones(2)}))
-    False
-    """
+    """Identify a run among all of a set, repeats and parts of one file too: name, file, checksum of its samples."""
     values = b"".join(np.ascontiguousarray(each).tobytes() for each in (*run.channels.values(), *run.means.values()))
     return run.name, run.data, crc32(values)
 
 
 def find_spread(columns: np.ndarray) -> Spread:
-    """Find how the samples of a run vary, from what each scattering number does to them at its standard deviation.
+    """Find how a run's samples vary, from what each scattering number does to them at its standard deviation.
 
-    White noise and scatter have the covariance ``I + G G'``, whose inverse root shortens each left singular vector of
-    G by ``1 - 1 / sqrt(1 + s^2)``.
-
-    Parameters
-    ----------
-    columns : (n, k) float array
-        G, whitened [standard deviations of noise], about a run that has not been moved.
-
-    Returns
-    -------
-    Spread
-
-    Examples
-    --------
-    >>> find_spread(np.array([[0.0], [3.0**0.5]])).shares.round(6).tolist()
-    [0.5]
+    `columns` are G, (n, k), whitened [standard deviations of noise], about a run that has not been moved. White noise
+    and scatter have the covariance ``I + G G'``, whose inverse root shortens each left singular vector of G by ``1 - 1
+    / sqrt(1 + s^2)``.
     """
     directions, sizes, _ = np.linalg.svd(columns, full_matrices=False)
     shares = 1.0 - 1.0 / np.sqrt(1.0 + sizes**2)
@@ -247,19 +156,8 @@ def find_spread(columns: np.ndarray) -> Spread:
 def shorten(spread: Spread, rows: np.ndarray) -> np.ndarray:
     """Shorten what lies along the directions of a scatter.
 
-    Parameters
-    ----------
-    spread : Spread
-    rows : (n, k) float array
-        [standard deviations of noise]
+    `rows`, (n, k), are in standard deviations of noise, the result in those of noise and scatter.
 
-    Returns
-    -------
-    (n, k) float array
-        [standard deviations of noise and scatter]
-
-    Examples
-    --------
     >>> shorten(find_spread(np.array([[0.0], [3.0**0.5]])), np.array([[1.0], [1.0]])).round(3).tolist()
     [[1.0], [0.5]]
     """
@@ -267,27 +165,11 @@ def shorten(spread: Spread, rows: np.ndarray) -> np.ndarray:
 
 
 def find_stated_sizes(machine: Machine, measured: Measured, parameters: Sequence[Parameter]) -> dict[str, float]:
-    """Find the sizes of the scatter that the user states.
+    """Find the sizes of the scatter that the user states, in prior standard deviations by key.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    measured : apesim.studies.measured.Measured
-    parameters : sequence of apesim.studies.estimation.parameters.Parameter
-        The nuisances of the data.
+    `parameters` are the nuisances of the data. Raises InputError where a number is stated that counts as exact, or of
+    which no share can be taken.
 
-    Returns
-    -------
-    dict of str to float
-        In prior standard deviations, by key.
-
-    Raises
-    ------
-    apesim.quantities.InputError
-        A number is stated that counts as exact, or of which no share can be taken.
-
-    Examples
-    --------
     >>> from apesim.quantities.uncertainties import Uncertainty
     >>> from apesim.studies.estimation.priors import nuisances_of
     >>> stated = {"supply.pressure": Uncertainty(0.003, True), "valve.solenoid.dead_time": Uncertainty(0.02, True)}
@@ -316,28 +198,10 @@ def find_stated_sizes(machine: Machine, measured: Measured, parameters: Sequence
 def find_stated_scatter(
     residuals: "WhitenedResiduals", slopes: np.ndarray, sizes: Mapping[str, float]
 ) -> Scatter | None:
-    """Find how runs vary by a scatter that is stated, about where the machine has them.
+    """Find how runs vary by a scatter that is stated, about where the machine has them; None: none is stated.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-        Without scatter.
-    slopes : (n + p, p) float array
-        Their sensitivities.
-    sizes : mapping of str to float
-        Prior standard deviations by key, see `find_stated_sizes`.
-
-    Returns
-    -------
-    Scatter or None
-        None where nothing is stated.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> model = explain_example().calibrated
-    >>> find_stated_scatter(model.residuals, model.fitted.jacobian, {"supply.pressure": 0.3}).keys
-    ('supply.pressure',)
+    `residuals` are without scatter, `slopes` their sensitivities, (n + p, p), and `sizes` as `find_stated_sizes` gives
+    them.
     """
     if not any(sizes.values()):
         return None
@@ -356,34 +220,10 @@ def find_scatter(
 ) -> Scatter | None:
     """Find what scatters between runs: what the user states, and what repeats tell of the rest.
 
-    Its sizes are those of `find_sizes`: larger where few repeats tell them. A repeat that differs by more than the
-    others explain is left out there, see `warn_of_odd_repeats`.
-
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    runs : apesim.studies.estimation.residuals.WhitenedResiduals
-        Residuals of the runs that tell the scatter as a function of the model's parameters, without scatter.
-    others : apesim.studies.estimation.residuals.WhitenedResiduals
-        Those of further runs that scatter as much.
-    known : Scatter, optional
-        A scatter that more repeats than these have told: its sizes are taken.
-    stated : mapping of str to float
-        Sizes that the user states, in prior standard deviations, see `find_stated_sizes`.
-
-    Returns
-    -------
-    Scatter or None
-        None where nothing is stated and there are no repeats, or where they differ by no more than noise.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example, read_example
-    >>> model, measured = explain_example().calibrated, read_example()
-    >>> runs, others = (model.residuals.with_runs(measured.of(role)) for role in ("fit", "check"))
-    >>> find_scatter(model, runs, others) is None  # no run is repeated
-    True
+    `runs` are the residuals without scatter of those that tell it, `others` of further runs that scatter as much. Sizes
+    are those of `find_sizes`, larger where few repeats tell them, or those of `known`, told by more repeats; `stated`
+    ones are in prior standard deviations. A repeat that differs by more than the others explain is left out, see
+    `warn_of_odd_repeats`. None: nothing is stated, and there are no repeats or they differ by no more than noise.
     """
     places, x = find_scattering(runs), model.fitted.x
     if not places:
@@ -406,18 +246,8 @@ def find_scatter(
 
 
 def warn_of_odd_repeats(scatter: Scatter | None) -> list[str]:
-    """Warnings of repeats that differ by more than the others scatter.
+    """Warnings of repeats that differ by more than the others scatter; none without a scatter.
 
-    Parameters
-    ----------
-    scatter : Scatter or None
-
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
     >>> warn_of_odd_repeats(Scatter(("supply.pressure",), (0.3,), 4, {}, (("a.csv", "b.csv"),)))
     ['b.csv differs from a.csv by more than the scatter of the other repeats explains: one of them may be wrong']
     >>> warn_of_odd_repeats(None)
@@ -431,19 +261,10 @@ def warn_of_odd_repeats(scatter: Scatter | None) -> list[str]:
 
 
 def list_odd_repeats(scatter: Scatter | None) -> list[str]:
-    """List the files that differ from their repeats by more than the others scatter.
+    """List the files that differ from their repeats by more than the others scatter; none without a scatter.
 
-    Parameters
-    ----------
-    scatter : Scatter or None
+    Each entry is a file, or all of which one is odd, with "or" between them, where no third one tells which.
 
-    Returns
-    -------
-    list of str
-        A file each, or all of which one is odd, with "or" between them, where no third one tells which.
-
-    Examples
-    --------
     >>> a_third_tells, two_alone = ("a.csv", "b.csv", "c.csv"), ("a.csv", "b.csv")
     >>> scatter = Scatter(("supply.pressure",), (0.3,), 4, {})
     >>> [list_odd_repeats(scatter._replace(odd=odd)) for odd in ((a_third_tells,), (two_alone,))]
@@ -466,33 +287,10 @@ def list_odd_repeats(scatter: Scatter | None) -> list[str]:
 def find_scatter_at(model: "Model", others: Sequence[MeasuredRun]) -> Scatter:
     """Find what a scatter does to each run of another machine, by the sizes that are known.
 
+    `model` is a machine with effects whose residuals know a scatter, `others` are further runs that scatter as much.
     What is missing in a machine changes how supply, friction and dead time move its samples: directions that are taken
-    without it leave a part of the scatter, which looks like faults of single files.
-
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-        A machine with effects whose residuals know a scatter.
-    others : sequence of apesim.studies.measured.MeasuredRun
-        Further runs that scatter as much.
-
-    Returns
-    -------
-    Scatter
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        The simulation of a run does not come to its end.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example, read_example
-    >>> model = explain_example().best
-    >>> known = Scatter(("supply.pressure",), (0.3,), 1, {})
-    >>> model = model._replace(residuals=model.residuals.with_scatter(known))
-    >>> len(find_scatter_at(model, read_example().of("check")).spreads)  # two runs are fitted
-    3
+    without it leave a part of the scatter, which looks like faults of single files. Raises EndedEarly where a
+    simulation does not come to its end.
     """
     scatter, x = model.residuals.scatter, model.fitted.x
     assert scatter is not None
@@ -505,23 +303,7 @@ def find_scatter_at(model: "Model", others: Sequence[MeasuredRun]) -> Scatter:
 
 
 def find_scattering(residuals: "WhitenedResiduals") -> list[int]:
-    """Find the places of what may scatter among the parameters of residuals.
-
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-
-    Returns
-    -------
-    list of int
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> residuals = explain_example().calibrated.residuals
-    >>> residuals.parameters[find_scattering(residuals)[0]].key
-    'supply.pressure'
-    """
+    """Find the places of what may scatter among the parameters of residuals."""
     keys = [p.key for p in residuals.parameters]
     return [keys.index(key) for key in SCATTERING if key in keys]
 
@@ -529,31 +311,9 @@ def find_scattering(residuals: "WhitenedResiduals") -> list[int]:
 def find_changes(residuals: "WhitenedResiduals", x: np.ndarray, predicted: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Find how the samples of runs change with what may scatter, by `APART` to both sides.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    x : (p,) float array
-        Their parameters.
-    predicted : sequence of (n,) float array
-        Prediction of each block at x [SI].
-
-    Returns
-    -------
-    list of (n, k) float array
-        Of each block, not whitened [SI]; [] where nothing may scatter.
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        The simulation of a run does not come to its end.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> model = explain_example().calibrated
-    >>> residuals, x = model.residuals, model.fitted.x
-    >>> [columns.shape for columns in find_changes(residuals, x, residuals.predicted(x))][:1]  # four, to both sides
-    [(160, 8)]
+    x (p,) are the parameters of the residuals, `predicted` the prediction of each block there, (n,) [SI]. Gives each
+    block's changes, (n, k), not whitened [SI]; [] where nothing may scatter. Raises EndedEarly where a simulation does
+    not come to its end.
     """
     found = []
     for place in find_scattering(residuals):
@@ -566,22 +326,7 @@ def find_changes(residuals: "WhitenedResiduals", x: np.ndarray, predicted: Seque
 
 
 def is_repeated(measured: Measured) -> bool:
-    """Tell whether runs to fit, or gate runs, are repeated.
-
-    Parameters
-    ----------
-    measured : apesim.studies.measured.Measured
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> is_repeated(read_example())
-    False
-    """
+    """Tell whether runs to fit, or gate runs, are repeated."""
     runs = measured.of(FIT) + measured.of(GATE)
     return len({(run.name, run.role) for run in runs}) < len(runs)
 
@@ -589,43 +334,12 @@ def is_repeated(measured: Measured) -> bool:
 def find_spreads(residuals: "WhitenedResiduals", x: np.ndarray, scatter: Scatter) -> dict[Identity, Spread]:
     """Find how the samples of each run vary, about where its own scatter has most probably moved it.
 
-    A run whose numbers are off by z standard deviations shows ``e(z)``, which is not straight: a dead time that is long
-    by four of them moves an impact by more samples than the noise hides. So z is sought that has least
-    ``|e(z)|^2 + |z|^2``, by `ROUNDS` steps of Gauss and Newton, and ``e(z) + G (z' - z)`` taken for what other z' show
-    (conditional linearisation [1]_).
-
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-        Without scatter.
-    x : (p,) float array
-        Their parameters.
-    scatter : Scatter
-        Its sizes count alone.
-
-    Returns
-    -------
-    dict of Spread
-        By run, see `identify`.
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        The simulation of a run does not come to its end.
-
-    References
-    ----------
-    .. [1] M. J. Lindstrom and D. M. Bates, "Nonlinear mixed effects models for repeated measures data", Biometrics 46,
-       1990, pp. 673-687, doi 10.2307/2532087.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> model = explain_example().calibrated
-    >>> scatter = Scatter(("valve.viscous_friction",), (0.3,), 1, {})
-    >>> (friction, *_) = find_spreads(model.residuals, model.fitted.x, scatter).values()
-    >>> friction.directions.shape, bool(friction.shares[0] > 0.9)
-    ((160, 1), True)
+    `residuals` are without scatter, x (p,) their parameters; of `scatter` its sizes count alone. A run whose numbers
+    are off by z standard deviations shows ``e(z)``, which is not straight: a dead time that is long by four of them
+    moves an impact by more samples than the noise hides. So z is sought that has least ``|e(z)|^2 + |z|^2``, by
+    `ROUNDS` steps of Gauss and Newton, and ``e(z) + G (z' - z)`` taken for what other z' show (Lindstrom and Bates
+    1990, doi 10.2307/2532087). The result is by run, see `identify`. Raises EndedEarly where a simulation does not come
+    to its end.
     """
     sizes, keys = np.array(scatter.sizes), [p.key for p in residuals.parameters]
     rows = dict(zip(map(identify, residuals.runs), residuals.run_slices(), strict=True))

@@ -57,27 +57,9 @@ def list_contrasts(
 ) -> list[Contrast]:
     """List what repeats of runs differ by: Helmert's contrasts, along the directions in which scatter moves them.
 
+    `errors` are the whitened residuals of each run, (n,), `columns` what each scattering number does to them, (n, p).
     Directions in which a scatter of the size `USUAL` moves less than noise are left out: they say little of it, and
     what is bent of larger ones shows there.
-
-    Parameters
-    ----------
-    runs : sequence of apesim.studies.measured.MeasuredRun
-    errors : sequence of (n,) float array
-        Whitened residuals of each run.
-    columns : sequence of (n, p) float array
-        What each scattering number does to them.
-
-    Returns
-    -------
-    list of Contrast
-
-    Examples
-    --------
-    >>> runs = [MeasuredRun("p", f"{i}.csv", 0.5e6, 287.0, 50e-3, "fit", np.zeros(2), {}) for i in range(2)]
-    >>> (contrast,) = list_contrasts(runs, [np.array([3.0, 0.0]), np.array([1.0, 0.0])], [np.array([[4.0], [0.0]])] * 2)
-    >>> contrast.files, abs(contrast.values.round(3)).tolist(), abs(contrast.slopes.round(3)).tolist()
-    (('0.csv', '1.csv'), [1.414], [[4.0]])
     """
     groups: dict[Any, list[int]] = {}
     for number, run in enumerate(runs):
@@ -97,41 +79,14 @@ def list_contrasts(
 
 
 def find_sizes(contrasts: Sequence[Contrast], stated: np.ndarray | None = None) -> tuple[np.ndarray, list[Contrast]]:
-    """Find how much each number scatters.
+    """Find how much each number scatters, (p,), and the contrasts that tell it: those that scatter explains.
 
-    Beforehand a size is half a normal number of the standard deviation `USUAL`, which also says what scatters where the
-    repeats do not. What scatters is Student's t of `FREEDOM` degrees of freedom. Sizes are drawn from what is possible
-    then, one after the other (Gibbs [1]_), and become the size of a normal number that reaches as far as all draws
+    Sizes are in prior standard deviations: those `stated` (NaN: the contrasts are to tell), and zeros where none is
+    stated and the contrasts are no more than noise, or none. Beforehand a size is half a normal number of the standard
+    deviation `USUAL`, which also says what scatters where the repeats do not; what scatters is Student's t of `FREEDOM`
+    degrees of freedom. Sizes are drawn from what is possible then, one after the other (Gibbs sampling, Geman and Geman
+    1984, doi 10.1109/TPAMI.1984.4767596), and become the size of a normal number that reaches as far as all draws
     together do at `COVER`.
-
-    Parameters
-    ----------
-    contrasts : sequence of Contrast
-    stated : (p,) float array, optional
-        Sizes that are known, in prior standard deviations; NaN where the contrasts are to tell them.
-
-    Returns
-    -------
-    sizes : (p,) float array
-        In prior standard deviations; zeros where none is stated and the contrasts are no more than noise, or none.
-    kept : list of Contrast
-        The contrasts that tell it: without those that scatter does not explain.
-
-    References
-    ----------
-    .. [1] S. Geman and D. Geman, "Stochastic relaxation, Gibbs distributions, and the Bayesian restoration of images",
-       IEEE Trans. Pattern Anal. Mach. Intell. 6, 1984, pp. 721-741, doi 10.1109/TPAMI.1984.4767596.
-
-    Examples
-    --------
-    >>> rng = np.random.default_rng(1)
-    >>> slopes, wide = np.diag([9.0, 0.0]), np.array([3.0, 1.0])  # 3.0^2 = 1 + (9.0 x 0.314)^2
-    >>> drawn = [Contrast(("a", "b"), wide * rng.normal(size=2), slopes) for _ in range(99)]
-    >>> sizes, kept = find_sizes(drawn)
-    >>> round(float(sizes[0]), 1), len(kept)  # Student's t has a narrower middle and wider tails
-    (0.3, 99)
-    >>> find_sizes(drawn, np.array([0.2, 0.0]))[0].tolist()
-    [0.2, 0.0]
     """
     if not contrasts:
         return np.zeros(0) if stated is None else np.nan_to_num(stated), []
@@ -156,24 +111,13 @@ def find_sizes(contrasts: Sequence[Contrast], stated: np.ndarray | None = None) 
 
 
 def find_relief(values: np.ndarray, shares: np.ndarray) -> float:
-    """Find by how much twice the negative log likelihood is smaller if what scatters is Student's t, and not normal.
+    """Find by how much twice the negative log likelihood falls if what scatters is Student's t, and not normal.
 
-    The normal number is the one of `find_sizes`, which reaches as far as Student's t does at `COVER`.
+    `values`, (k,), are white samples along the directions in which scatter moves a run [standard deviations], `shares`
+    the share of the variance of each that is scatter, the rest being noise. The normal number is the one of
+    `find_sizes`, which reaches as far as Student's t does at `COVER`; the result is above 0 where a run lies farther
+    off than normal scatter does.
 
-    Parameters
-    ----------
-    values : (k,) float array
-        White samples along the directions in which scatter moves a run [standard deviations].
-    shares : (k,) float array
-        Share of the variance of each that is scatter, the rest being noise.
-
-    Returns
-    -------
-    float
-        Above 0 where a run lies farther off than normal scatter does.
-
-    Examples
-    --------
     >>> shares = np.array([0.99, 0.5])
     >>> [round(find_relief(np.array([far, 0.0]), shares), 1) for far in (0.0, 1.0, 3.0, 10.0)]
     [0.8, -0.3, 0.4, 78.4]
@@ -184,23 +128,11 @@ def find_relief(values: np.ndarray, shares: np.ndarray) -> float:
 
 
 def draw_stretches(shares: np.ndarray, number: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw by how much one run lies farther off, or less far, than if its scatter were normal, see `find_relief`.
+    """Draw by how much a run lies farther off, or less far, than if its scatter were normal, see `find_relief`.
 
-    Parameters
-    ----------
-    shares : (k,) float array
-        Share of the variance of each white sample that is scatter, the rest being noise.
-    number : int
-        Number of draws.
-    rng : numpy.random.Generator
+    `shares`, (k,), are the shares of the variance of each white sample that are scatter, the rest being noise. The
+    factors of the samples are (number, k), each draw by one factor of Student's t.
 
-    Returns
-    -------
-    (number, k) float array
-        Factors of the samples, each draw by one factor of Student's t.
-
-    Examples
-    --------
     >>> drawn = draw_stretches(np.array([1.0, 0.0]), 10000, np.random.default_rng(1))
     >>> wide = drawn[:, 0] * np.random.default_rng(2).standard_normal(10000)
     >>> round(float(np.quantile(np.abs(wide), 0.95)), 1), float(drawn[:, 1].max())  # a normal number has 1.96 there

@@ -17,14 +17,9 @@ from apesim.studies.measured.prediction import run_of, start_of, with_value
 class Starts:
     """Periodic states near which those of similar machines are found in a few cycles.
 
-    Each depends on the machine of its run alone, and on which effects with volumes of gas, and so with states of their
-    own, are on: never on what was marched before. They are found when they are first asked for, and remembered.
-
-    Parameters
-    ----------
-    machines : sequence of apesim.engine.machine.Machine
-        Machine of each run, see `apesim.studies.measured.prediction.run_of`.
-    runs : sequence of apesim.studies.measured.MeasuredRun
+    Each depends on the machine of its run alone (see `apesim.studies.measured.prediction.run_of`), and on which effects
+    with volumes of gas, and so with states of their own, are on: never on what was marched before. They are found when
+    they are first asked for, and remembered.
     """
 
     def __init__(self, machines: Sequence[Machine], runs: Sequence[MeasuredRun]) -> None:
@@ -32,24 +27,9 @@ class Starts:
         self._known: dict[tuple[int, tuple[str, ...]], tuple[Machine, Known | None]] = {}
 
     def near(self, number: int, machine: Machine) -> Known | None:
-        """Give the start of a run for a machine similar to the one that is known.
+        """Give the start of run `number`, from 0, for a machine similar to the one that is known.
 
-        Parameters
-        ----------
-        number : int
-            Number of the run, from 0.
-        machine : apesim.engine.machine.Machine
-
-        Returns
-        -------
-        apesim.march.periodic.Known or None
-            None on a valve's bench, which starts from rest, and where an engine does not settle to every cycle alike.
-
-        Examples
-        --------
-        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.arange(0.0, 0.1, 1e-3), {})
-        >>> Starts([Machine()], [run]).near(0, Machine()) is None  # a run of the valve
-        True
+        None on a valve's bench, which starts from rest, and where an engine does not settle to every cycle alike.
         """
         if self._runs[number].bench != ENGINE:
             return None
@@ -61,25 +41,7 @@ class Starts:
         return known if not known or not key[1] else carry_over(known, own, machine)
 
     def around(self, machines: Sequence[Machine], known: Sequence[Known | None]) -> "Starts":
-        """Take the periodic states of machines for those of machines near them.
-
-        Parameters
-        ----------
-        machines : sequence of apesim.engine.machine.Machine
-            Machine of each run.
-        known : sequence of apesim.march.periodic.Known or None
-            Their periodic states; None: as it is here.
-
-        Returns
-        -------
-        Starts
-
-        Examples
-        --------
-        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.arange(0.0, 0.1, 1e-3), {})
-        >>> Starts([Machine()], [run]).around([Machine()], [None]).near(0, Machine()) is None  # a run of the valve
-        True
-        """
+        """Take the `known` periodic states of the runs' machines for those of machines near them; None: as here."""
         other = Starts(self._machines, self._runs)
         other._known |= self._known
         other._known |= {
@@ -96,48 +58,15 @@ def starts_at(
     parameters: Sequence[Parameter] = (),
     x: Sequence[float] | np.ndarray = (),
 ) -> Starts:
-    """Fix the starts of runs at given parameters of a machine.
+    """Fix the starts of runs at given parameters of a machine; without parameters, it counts as it is.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    runs : sequence of apesim.studies.measured.MeasuredRun
-    parameters : sequence of apesim.studies.estimation.parameters.Parameter
-        Parameters that differ from the machine's own; without them, the machine counts as it is.
-    x : (p,) float array
-        Scaled values of the parameters.
-
-    Returns
-    -------
-    Starts
-
-    Examples
-    --------
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.arange(0.0, 0.1, 1e-3), {})
-    >>> mass = Parameter("valve.moving_mass", 0.1, 0.1, 10.0)
-    >>> starts_at(Machine(), [run], [mass], [1.2]).near(0, Machine()) is None  # a run of the valve
-    True
+    `parameters` are those that differ from the machine's own, x (p,) their scaled values.
     """
     return Starts([put(run_of(machine, run), parameters, x) for run in runs], runs)
 
 
 def volumes_on(machine: Machine) -> tuple[str, ...]:
-    """Find the effects that are on and add volumes of gas, and with them states.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    tuple of str
-        Their names.
-
-    Examples
-    --------
-    >>> volumes_on(with_value(Machine(), "effects.supply_droop.feed_area", 10e-6))
-    ('supply_droop',)
-    """
+    """Find the names of the effects that are on and add volumes of gas, and with them states."""
     effects = machine.effects
     volumes = [effect for effect in library_of(effects) if effect.volume]
     return tuple(effect.name for effect in volumes if effect.is_on(getattr(effects, effect.name)))
@@ -146,19 +75,8 @@ def volumes_on(machine: Machine) -> tuple[str, ...]:
 def with_volumes(machine: Machine, names: Iterable[str]) -> Machine:
     """Switch effects that add volumes on and off, so that those of some names are on and no others.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    names : iterable of str
-        Names of the effects that are to be on. One that is on already stays as it is; another has its strengths in the
-        middle of their ranges.
+    One that is on already stays as it is; another has its strengths in the middle of their ranges.
 
-    Returns
-    -------
-    apesim.engine.machine.Machine
-
-    Examples
-    --------
     >>> volumes_on(with_volumes(Machine(), ["supply_droop"]))
     ('supply_droop',)
     """

@@ -25,33 +25,9 @@ PATIENCE = 10.0
 
 @contextlib.contextmanager
 def connected(address: str) -> "Iterator[Client]":
-    """Connect to a scheduler as its client.
+    """Connect to a scheduler as its client, by an address like "tcp://127.0.0.1:8786".
 
-    Parameters
-    ----------
-    address : str
-        Address of the scheduler, e.g. "tcp://127.0.0.1:8786".
-
-    Yields
-    ------
-    distributed.Client
-
-    Raises
-    ------
-    InputError
-        distributed is not installed, or nobody answers.
-
-    Examples
-    --------
-    An address without a port is refused before anything is asked of the network:
-
-    >>> from apesim.quantities import InputError
-    >>> try:
-    ...     with connected("tcp://127.0.0.1") as client:
-    ...         pass
-    ... except InputError as error:
-    ...     print(error.faults[0].wrong)
-    'tcp://127.0.0.1' is no address of a scheduler
+    Raises InputError where distributed is not installed, or nobody answers.
     """
     try:
         from distributed import Client
@@ -70,33 +46,11 @@ def connected(address: str) -> "Iterator[Client]":
 
 
 def run_on_cluster(client: "Client", task: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
-    """Apply a function to items on a cluster and yield what comes out, as it comes.
+    """Apply a function to items on a cluster and yield each item with its result, as it comes.
 
-    Parameters
-    ----------
-    client : distributed.Client
-    task : function
-        Takes one item; stands in a module, so that workers find it.
-    items : iterable
-
-    Yields
-    ------
-    item, result
-        The result is None where the item killed more workers than the scheduler allows.
-
-    Raises
-    ------
-    InputError
-        The scheduler is lost. Or workers have no apesim, another one, or another processor: the bits would differ.
-
-    Examples
-    --------
-    Two workers, each a thread of this process:
-
-    >>> from distributed import Client, LocalCluster
-    >>> with LocalCluster(n_workers=2, processes=False, dashboard_address=None) as cluster, Client(cluster) as client:
-    ...     sorted(run_on_cluster(client, abs, [-1, 2]))
-    [(-1, 1), (2, 2)]
+    `task` stands in a module, so that workers find it. A result is None where the item killed more workers than the
+    scheduler allows. Raises InputError where the scheduler is lost, or workers have no apesim, another one, or another
+    processor: the bits would differ.
     """
     from distributed import KilledWorker, as_completed
 

@@ -23,23 +23,8 @@ if hasattr(os, "register_at_fork"):
 def call_in_thread(function: Callable[P, R], *arguments: P.args, **options: P.kwargs) -> "Future[R]":
     """Call a function in another thread, so that Ctrl-C is heard at once, and where nothing compiled is at work.
 
-    A thread is kept for the next call: to start one takes a good part of the time that a march of the valve takes.
-
-    Parameters
-    ----------
-    function : function
-    *arguments, **options
-        What it is called with.
-
-    Returns
-    -------
-    concurrent.futures.Future
-        Its result is what the function returns or raises.
-
-    Examples
-    --------
-    >>> call_in_thread(max, 1, 2).result()
-    2
+    The future's result is what the function returns or raises. A thread is kept for the next call: to start one takes a
+    good part of the time that a march of the valve takes.
     """
     future: Future[R] = Future()
     try:

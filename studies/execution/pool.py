@@ -35,24 +35,9 @@ Counted = tuple[Any, int]
 
 
 def workers_for(seconds: float, jobs: int | None = None) -> int:
-    """Number of processes that some work is worth.
+    """Number of processes that some work is worth, if one would take so many seconds for the whole.
 
-    Parameters
-    ----------
-    seconds : float
-        Estimated time of the whole in one process [s].
-    jobs : int, optional
-        Number that the user wants; it is taken as it is.
-
-    Returns
-    -------
-    int
-        At least 1, at most the number of processors.
-
-    Examples
-    --------
-    >>> workers_for(1.0), workers_for(1.0, jobs=3)
-    (1, 3)
+    It is at least 1, and at most the number of processors; `jobs`, the number that the user wants, is taken as it is.
     """
     if jobs:
         return jobs
@@ -63,18 +48,8 @@ def workers_for(seconds: float, jobs: int | None = None) -> int:
 def can_fork() -> bool:
     """Judge whether a process may be a copy of this one, which has all imported and compiled already.
 
-    Elsewhere than on Linux libraries of the system do not bear it. A thread of somebody else, as a notebook has them,
-    may hold a lock that the copy would wait for.
-
-    Returns
-    -------
-    bool
-        False: a process has to start from scratch.
-
-    Examples
-    --------
-    >>> isinstance(can_fork(), bool)
-    True
+    False: it has to start from scratch. Elsewhere than on Linux libraries of the system do not bear a copy, and a
+    thread of somebody else, as a notebook has them, may hold a lock that the copy would wait for.
     """
     return sys.platform == "linux" and all(
         thread.name in OWN_THREADS or type(thread).__module__.startswith("rich.") for thread in threading.enumerate()
@@ -83,20 +58,11 @@ def can_fork() -> bool:
 
 @contextlib.contextmanager
 def done_beside(function: Callable[[], object]) -> Iterator[None]:
-    """Call a function in a copy of this process while something else is done here; where that fails, here after it.
+    """Call a function in a copy of this process while something else is done; where that fails, here after it.
 
-    Parameters
-    ----------
-    function : function
-        Writes files; what it changes in memory may be lost.
+    The function writes files; what it changes in memory may be lost. At the end of the context it has come to its end,
+    too.
 
-    Yields
-    ------
-    None
-        A context in which something else is done. At its end the function has come to its end, too.
-
-    Examples
-    --------
     >>> import pathlib, tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder) / "there"
@@ -133,25 +99,10 @@ def _called_quietly(function: Callable[[], object]) -> None:
 
 
 def run_tasks(task: Task, items: Iterable[Any], jobs: int = 1) -> Iterator[tuple[Any, Any]]:
-    """Apply a function to items and yield what comes out, as it comes.
+    """Apply a function to items and yield each item with its result, as it comes.
 
-    Parameters
-    ----------
-    task : function
-        Takes one item; stands in a module, so that other processes find it.
-    items : iterable
-    jobs : int
-        Number of processes; with 1 all is done in this one.
-
-    Yields
-    ------
-    item, result
-        The result is None where the item was set aside because it killed its worker `MAX_DEATHS` times.
-
-    Examples
-    --------
-    >>> list(run_tasks(abs, [-1, 2]))
-    [(-1, 1), (2, 2)]
+    `task` stands in a module, so that other processes find it; with 1 of `jobs`, the processes, all is done in this
+    one. A result is None where the item was set aside because it killed its worker `MAX_DEATHS` times.
     """
     with Team(jobs) as team:
         yield from team.run(task, items)
@@ -164,11 +115,8 @@ class Died(RuntimeError):
 class Team:
     """Processes that stand ready for the tasks of several stages; they start with the first.
 
-    Parameters
-    ----------
-    jobs : int or None
-        Number of processes; with 1 all is done in this one. None: as many as there are processors, once this one has
-        worked for `SECONDS_ALONE`.
+    `jobs` is their number; with 1 all is done in this one. None: as many as there are processors, once this one has
+    worked for `SECONDS_ALONE`.
     """
 
     def __init__(self, jobs: int | None = 1) -> None:
@@ -185,24 +133,10 @@ class Team:
         self._dismiss(at_once=kind is not None)
 
     def run(self, task: Task, items: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
-        """Apply a function to items and yield what comes out, as it comes.
+        """Apply a function to items and yield each item with its result, as it comes.
 
-        Parameters
-        ----------
-        task : function
-            Takes one item; stands in a module, so that other processes find it.
-        items : iterable
-
-        Yields
-        ------
-        item, result
-            The result is None where the item was set aside because it killed its worker `MAX_DEATHS` times.
-
-        Examples
-        --------
-        >>> with Team() as team:
-        ...     list(team.run(abs, [-1, 2])), list(team.run(len, ["ab"]))
-        ([(-1, 1), (2, 2)], [('ab', 2)])
+        `task` stands in a module, so that other processes find it. A result is None where the item was set aside
+        because it killed its worker `MAX_DEATHS` times.
         """
         items = iter(items)
         while self.jobs == 1 or self._alone > 0.0:
@@ -232,30 +166,8 @@ class Team:
     ) -> list:
         """Apply a function to tuples of arguments, and bring what comes out into their order.
 
-        Parameters
-        ----------
-        function : function
-            Stands in a module; what it changes of its arguments is lost.
-        items : iterable of tuple
-            Arguments of each call.
-        report : function, optional
-            Called with the numbers of calls done and in all.
-
-        Returns
-        -------
-        list
-            Result of each call.
-
-        Raises
-        ------
-        Died
-            A call killed its worker `MAX_DEATHS` times.
-
-        Examples
-        --------
-        >>> with Team() as team:
-        ...     team.map(divmod, [(7, 2), (9, 4)])
-        [(3, 1), (2, 1)]
+        The function stands in a module; what it changes of its arguments is lost. `report` is called with the numbers
+        of calls done and in all. Raises Died where a call killed its worker `MAX_DEATHS` times.
         """
         calls, results = list(items), {}
         for (number, *_), result in self.run(_called, [(n, function, item) for n, item in enumerate(calls)]):
@@ -271,10 +183,7 @@ class Team:
     ) -> Generator[tuple[Any, Any], None, tuple[list[Counted], list[Counted]]]:
         """Run items, each with its number of deaths, until all is done or a worker dies.
 
-        Returns
-        -------
-        list, list
-            What was not started, and what was running, or next, as the worker died.
+        Returns what was not started, and what was running, or next, as the worker died.
         """
         if self._gone:
             raise RuntimeError("the team has gone")

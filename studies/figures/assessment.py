@@ -50,26 +50,9 @@ LEGEND_SIZE = 9.5
 
 
 def assessment_figures(archive: Archive, folder: str | PathLike[str]) -> list[Path]:
-    """Write all figures of an assessment.
+    """Write all figures of an assessment as PNG and PDF into a folder, made if it does not exist.
 
-    Parameters
-    ----------
-    archive : Archive
-        See `apesim.studies.assessment.grid.assess_speeds`.
-    folder : path
-        Made if it does not exist.
-
-    Returns
-    -------
-    list of Path
-        A PNG and a PDF of each figure.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> assessment = apesim.assess_valve(apesim.Machine(), speed="600:1200:300 rpm")  # doctest: +SKIP
-    >>> [path.name for path in assessment_figures(assessment.archive, "figures")]  # doctest: +SKIP
-    ['losses.png', 'losses.pdf', 'exergy.png', 'exergy.pdf']
+    `archive` is as `apesim.studies.assessment.grid.assess_speeds` gives it.
     """
     figures = {"losses": partial(_plot_losses, archive), "exergy": partial(_plot_exergy, archive)}
     return write_figures(figures, folder, conditions_of(archive.machine))
@@ -91,29 +74,9 @@ def _plot_losses(archive: Archive) -> Figure:
 
 
 def draw_losses(axis: Axes, archive: Archive, name: str) -> Axes:
-    """Draw a loss by each cause over speed: the mean as a line, both orders as the ends of a bar, and the sum of all.
+    """Draw a loss by each cause over speed: the mean as a line, both orders as the ends of a bar, and the sum.
 
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    archive : Archive
-    name : {"brake_torque_lost_Nm", "specific_air_added_kg_per_kWh"}
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-
-    Examples
-    --------
-    >>> from apesim.archive import Variable
-    >>> from apesim.studies.figures.drawing.panels import open_one
-    >>> torque = np.array([2.0, 1.0, 0.5, 0.25]) * np.ones((2, 3, 4))  # speeds, orders, causes
-    >>> variables = {"speed_rpm": Variable(("run",), np.array([600.0, 900.0]), "min-1", "speed")}
-    >>> variables["brake_torque_lost_Nm"] = Variable(("run", "order", "cause"), torque, "N m", "torque lost")
-    >>> _, axis = open_one()
-    >>> axis = draw_losses(axis, Archive("", {}, variables), "brake_torque_lost_Nm")
-    >>> axis.lines[-1].get_label(), axis.lines[-1].get_ydata().tolist()
-    ('sum', [3.25, 3.25])
+    `name` is "brake_torque_lost_Nm" or "specific_air_added_kg_per_kWh".
     """
     v = archive.variables
     speed, parts = v["speed_rpm"].values, v[name].values

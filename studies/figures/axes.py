@@ -7,24 +7,7 @@ if TYPE_CHECKING:
 
 
 def axes_for(ax: "Axes | None" = None) -> "Axes":
-    """Take the axes of a user, or those of a new figure.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes, optional
-        Axes of a user.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Axes to draw into.
-
-    Examples
-    --------
-    >>> ax = axes_for()
-    >>> axes_for(ax) is ax
-    True
-    """
+    """Take the axes of a user, or those of a new figure."""
     if ax is not None:
         return ax
     import matplotlib.pyplot as plt

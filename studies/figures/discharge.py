@@ -27,55 +27,16 @@ DASHED: Look = {"color": "0.1", "lw": 1.0, "ls": "--"}
 
 
 def discharge_figures(vessel: Vessel, discharge: Discharge, folder: str | PathLike[str]) -> list[Path]:
-    """Write all figures of discharge tests.
+    """Write all figures of discharge tests as PNG and PDF into a folder, made if it does not exist.
 
-    Parameters
-    ----------
-    vessel : Vessel
-        What was emptied.
-    discharge : Discharge
-        Result of the tests.
-    folder : path
-        Made if it does not exist.
-
-    Returns
-    -------
-    list of Path
-        A PNG and a PDF of each figure.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> area = apesim.evaluate_discharge(apesim.Machine(), ["p060.csv"], volume="50 cm^3")  # doctest: +SKIP
-    >>> [path.name for path in discharge_figures(area.vessel, area.evaluation, "figures")]  # doctest: +SKIP
-    ['pressure.png', 'pressure.pdf', 'effective_area.png', 'effective_area.pdf']
+    `vessel` is what was emptied.
     """
     figures = {"pressure": partial(plot_pressures, discharge), "effective_area": partial(plot_areas, discharge)}
     return write_figures(figures, folder, conditions_of_vessel(vessel))
 
 
 def plot_pressures(discharge: Discharge) -> Figure:
-    """Plot the pressure over time, measured and fitted, with the residuals below (Fig. 3 of the paper).
-
-    Parameters
-    ----------
-    discharge : apesim.studies.discharge.Discharge
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Examples
-    --------
-    >>> from apesim.studies.discharge.area import AreaFit
-    >>> from apesim.studies.discharge.records import Record
-    >>> knots, area = np.linspace(0.0, 2e-3, 3), 1e-6 * np.array([0.0, 9.0, 9.0])
-    >>> record = Record("p060", knots, np.array([7e5, 6e5, 5e5]))
-    >>> fit = AreaFit(knots, area, np.full(3, 2e-7), np.eye(3), np.array([500.0]), [record.pressures], 1.0)
-    >>> result = Discharge([record], [500.0], [fit], [2e-3], fit, 2e-3, 9e-6, 2e-7, np.empty((0, 5)), None, [])
-    >>> [axis.get_ylabel() for axis in plot_pressures(result).axes]
-    ['pressure [MPa abs]', 'residual [kPa]']
-    """
+    """Plot the pressure over time, measured and fitted, with the residuals below (Fig. 3 of the paper)."""
     tests = figure_arrays(discharge)["tests"]
     figure, panels = open_column(2, SIZE, height_ratios=(3, 1))
     above, below = panels
@@ -97,19 +58,8 @@ def plot_pressures(discharge: Discharge) -> Figure:
 def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarray] | None = None) -> Figure:
     """Plot the effective area over time from each test, and how far each is from all together (Fig. 4 of the paper).
 
-    Parameters
-    ----------
-    discharge : apesim.studies.discharge.Discharge
-    true_area : function, optional
-        Effective area [m2] at times [s], both of shape (n,), where it is known.
+    Bands are those of 95 %. `true_area` gives the effective area [m2] at times [s], both (n,), where it is known.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Bands are those of 95 %.
-
-    Examples
-    --------
     >>> from apesim.studies.discharge.area import AreaFit
     >>> from apesim.studies.discharge.records import Record
     >>> knots, area = np.linspace(0.0, 2e-3, 3), 1e-6 * np.array([0.0, 9.0, 9.0])

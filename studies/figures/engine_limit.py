@@ -22,28 +22,10 @@ from apesim.studies.operating_conditions import find_pressure_axis
 
 
 def engine_limit_figures(archive: Archive, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
-    """Write the figure of a map of limits.
+    """Write the figure of a map of limits as PNG and PDF into a folder, made if it does not exist.
 
-    Parameters
-    ----------
-    archive : Archive
-        Limits over pressure, temperature and duration, see `apesim.studies.limit.engine_limit`.
-    ambient_pressure : float
-        Pressure that gauge pressures stand above [Pa abs].
-    folder : path
-        Made if it does not exist.
-
-    Returns
-    -------
-    list of Path
-        A PNG and a PDF.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> limits = apesim.find_engine_limit(apesim.Machine(), duration="75 deg, 120 deg")  # doctest: +SKIP
-    >>> [path.name for path in engine_limit_figures(limits.archive, 101325.0, "figures")]  # doctest: +SKIP
-    ['engine_limit.png', 'engine_limit.pdf']
+    `archive` holds limits over pressure, temperature and duration, see `apesim.studies.limit.engine_limit`; gauge
+    pressures stand above `ambient_pressure` [Pa abs].
     """
     figures = {"engine_limit": partial(_plot_limits, archive, ambient_pressure)}
     return write_figures(figures, folder, conditions_of(archive.machine, supply_keys_of(archive)))
@@ -63,29 +45,7 @@ def _plot_limits(archive: Archive, ambient_pressure: float) -> Figure:
 def draw_limits(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
     """Draw the highest speed over pressure, for each duration and temperature, and the machine's own.
 
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    archive : Archive
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column
-    >>> from apesim.studies.figures.drawing.panels import open_one
-    >>> from apesim.studies.limit.points import point_column
-    >>> values = {"supply_pressure": [0.6e6, 1.1e6], "supply_temperature": [287.0, 287.0]}
-    >>> values |= {"duration_deg": [75.0, 75.0], "limit_rpm": [900.0, 1200.0]}
-    >>> variables = {name: column(numbers, "1", name) for name, numbers in values.items()}
-    >>> variables["point"] = point_column([Point.GRID, Point.GRID_AND_OWN])
-    >>> _, axis = open_one()
-    >>> draw_limits(axis, Archive("", {}, variables), 0.1e6).get_ylabel()
-    'highest speed [r/min]'
+    Gauge pressures stand above `ambient_pressure` [Pa abs].
     """
     v, pressure_axis = columns_of(archive), find_pressure_axis(archive)
     v["supply_pressure"] = v[pressure_axis]

@@ -43,21 +43,10 @@ ROLES = {"fit": "fitted", "gate": "gate, not fitted", "check": "check, not fitte
 
 
 def fit_figures(fit: "Fit", folder: str | PathLike[str]) -> list[Path]:
-    """Write all runs over the fitted machine, a page for each `MAX_RUNS` runs.
+    """Write all runs over the fitted machine, a page for each `MAX_RUNS` runs, as PNG and PDF.
 
-    Parameters
-    ----------
-    fit : apesim.studies.identify.estimate.Fit
-    folder : path
-        Made if it does not exist.
+    `folder` is made if it does not exist.
 
-    Returns
-    -------
-    list of Path
-        A PNG and a PDF of each page.
-
-    Examples
-    --------
     >>> import tempfile
     >>> import apesim
     >>> from apesim.studies.gap.example_bench import read_example
@@ -74,22 +63,7 @@ def fit_figures(fit: "Fit", folder: str | PathLike[str]) -> list[Path]:
 
 
 def list_drawable(fit: "Fit") -> list[MeasuredRun]:
-    """Runs of a fit that have a trace, those that were fitted first.
-
-    Parameters
-    ----------
-    fit : apesim.studies.identify.estimate.Fit
-
-    Returns
-    -------
-    list of MeasuredRun
-
-    Examples
-    --------
-    >>> from apesim.studies.identify.estimate import Fit
-    >>> list_drawable(Fit({}))
-    []
-    """
+    """Runs of a fit that have a trace, those that were fitted first."""
     runs = [run for run in fit.measured.runs if run.channels] if fit.measured is not None else []
     return sorted(runs, key=lambda run: list(ROLES).index(run.role))
 
@@ -134,29 +108,7 @@ def _predicted(fit: "Fit", run: MeasuredRun, name: str) -> np.ndarray:
 
 
 def draw_run(axis: Axes, fit: "Fit", run: MeasuredRun) -> Axes:
-    """Draw a measured run over the fitted machine: its lift, or else its first channel.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    fit : apesim.studies.identify.estimate.Fit
-    run : MeasuredRun
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The given axes.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> from apesim.studies.figures.drawing.panels import open_one
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> measured = read_example()
-    >>> fitted = apesim.fit(measured, ["valve.viscous_friction"])
-    >>> draw_run(open_one()[1], fitted, measured.runs[0]).get_ylabel()
-    'lift [mm]'
-    """
+    """Draw a measured run over the fitted machine, its lift, or else its first channel, and give the axes back."""
     name, scale, declared = _channel(run)
     times = run.times * 1e3
     axis.plot(times, run.channels[name] / scale, ls="", marker=".", ms=2.5, color=BLUE, label="measured")

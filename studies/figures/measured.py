@@ -65,19 +65,8 @@ MAX_SHOWN = 2
 def measured_figures(check: "MeasuredCheck", folder: str | PathLike[str]) -> list[Path]:
     """Write all runs over the machine, a page for each `MAX_ROWS` runs, and the means of an engine on a page.
 
-    Parameters
-    ----------
-    check : apesim.studies.measured_check.MeasuredCheck
-    folder : path
-        Made if it does not exist.
+    Pages are PNG and PDF; `folder` is made if it does not exist.
 
-    Returns
-    -------
-    list of Path
-        A PNG and a PDF of each page.
-
-    Examples
-    --------
     >>> from tempfile import TemporaryDirectory
     >>> import apesim
     >>> from apesim.studies.gap.example_bench import read_example
@@ -100,23 +89,7 @@ def measured_figures(check: "MeasuredCheck", folder: str | PathLike[str]) -> lis
 def plot_runs(check: "MeasuredCheck", numbers: Sequence[int]) -> Figure:
     """Plot runs over the machine: a row for each run, a column for each channel, `MAX_COLUMNS` at most.
 
-    Parameters
-    ----------
-    check : apesim.studies.measured_check.MeasuredCheck
-    numbers : sequence of int
-        Numbers of the runs, from 0.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Examples
-    --------
-    >>> import apesim
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> figure = plot_runs(apesim.check_measured(apesim.Machine(), read_example()), [0, 1])
-    >>> [axis.get_ylabel() for axis in figure.axes]
-    ['lift [mm]', 'lift [mm]']
+    The numbers of the runs count from 0.
     """
     runs = [check.measured.runs[number] for number in numbers]
     names = [name for name in SENSORS[check.measured.bench].traces if any(name in run.channels for run in runs)]
@@ -141,22 +114,8 @@ def plot_runs(check: "MeasuredCheck", numbers: Sequence[int]) -> Figure:
 
 
 def draw_channel(axis: Axes, check: "MeasuredCheck", number: int, channel: str) -> Axes:
-    """Draw a channel of a run over the machine, with what was found of it.
+    """Draw a channel of run `number`, from 0, over the machine, with what was found of it.
 
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    check : apesim.studies.measured_check.MeasuredCheck
-    number : int
-        Number of the run, from 0.
-    channel : str
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-
-    Examples
-    --------
     >>> import apesim
     >>> from apesim.studies.figures.drawing.panels import open_one
     >>> from apesim.studies.gap.example_bench import read_example
@@ -194,16 +153,6 @@ def draw_channel(axis: Axes, check: "MeasuredCheck", number: int, channel: str) 
 def plot_means(check: "MeasuredCheck") -> Figure:
     """Plot the means of an engine over the runs, measured and of the machine.
 
-    Parameters
-    ----------
-    check : apesim.studies.measured_check.MeasuredCheck
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Examples
-    --------
     >>> import apesim
     >>> from apesim.studies.measured import Measured
     >>> run = MeasuredRun(

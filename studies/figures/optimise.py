@@ -43,28 +43,10 @@ SPEED = ("speed", "r/min")
 
 
 def optimise_figures(archive: Archive, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
-    """Write all figures of the best commands.
+    """Write all figures of the best commands as PNG and PDF into a folder, made if it does not exist.
 
-    Parameters
-    ----------
-    archive : Archive
-        See `apesim.studies.optimise.table.archive_of`.
-    ambient_pressure : float
-        Pressure that gauge pressures stand above [Pa abs].
-    folder : path
-        Made if it does not exist.
-
-    Returns
-    -------
-    list of Path
-        A PNG and a PDF of each figure.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> optimum = apesim.optimise_commands(apesim.Machine(), goal="torque")  # doctest: +SKIP
-    >>> [path.name for path in optimise_figures(optimum.archive, 101325.0, "figures")][:2]  # doctest: +SKIP
-    ['optimum_angles.png', 'optimum_angles.pdf']
+    `archive` is as `apesim.studies.optimise.table.archive_of` gives it; gauge pressures stand above `ambient_pressure`
+    [Pa abs].
     """
     figures = {
         "optimum_angles": partial(_plot_angles, archive),
@@ -120,31 +102,7 @@ def _plot_torque_and_air(archive: Archive) -> Figure:
 
 
 def draw_over_speed(axis: Axes, archive: Archive, column: str) -> Axes:
-    """Draw a result of each kind of commands over speed.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    archive : Archive
-    column : str
-        Name of the result, e.g. "brake_torque_Nm".
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column
-    >>> from apesim.studies.figures.drawing.panels import open_one
-    >>> values = {"speed_rpm": [600.0, 900.0], "fixed_energise_deg": [-20.0, -20.0]}
-    >>> values["fixed_brake_torque_Nm"] = [20.0, 15.0]
-    >>> archive = Archive("", {}, {name: column(numbers, "1", name) for name, numbers in values.items()})
-    >>> _, axis = open_one()
-    >>> axis = draw_over_speed(axis, archive, "brake_torque_Nm")
-    >>> axis.lines[0].get_label(), axis.lines[0].get_ydata().tolist()
-    ('fixed', [20.0, 15.0])
-    """
+    """Draw a result of each kind of commands over speed; `column` names it, e.g. "brake_torque_Nm"."""
     v = columns_of(archive)
     for kind in _kinds(v):
         colour, marker, label = LOOKS[kind]

@@ -51,27 +51,7 @@ MAP_SHADES = 10
 
 
 def captions_of(vessel: Vessel, frictions: FrictionMap) -> dict[str, str]:
-    """Captions of the figures, with what was chosen for the discharge tests and for the map of frictions.
-
-    Parameters
-    ----------
-    vessel : apesim.studies.discharge.Vessel
-    frictions : apesim.studies.paper.friction.friction_map.FrictionMap
-
-    Returns
-    -------
-    dict of str to str
-        By name of the figure.
-
-    Examples
-    --------
-    >>> from apesim.air import gas_of
-    >>> axis = np.array([1.0])
-    >>> frictions = FrictionMap(np.array([10.0, 111.08]), 9e-6 * axis, 1.5e-3 * axis, 287.0 * axis, 1e6 * axis, {})
-    >>> vessel = Vessel(50e-6, 293.0, 101325.0, gas_of(Machine().air))
-    >>> captions_of(vessel, frictions)["fig03_discharge"].partition("the model's own ")[2]
-    'discharge tests (50 cm³, 0.5 kPa noise, 50 kHz), not measured ones.'
-    """
+    """Captions of the figures, by name, with what was chosen for the discharge tests and the map of frictions."""
     chosen = {"volume": vessel.volume * 1e6, "noise": NOISE / 1e3, "rate": RATE / 1e3}
     words = {"conditions": conditions_in_words(frictions)}
     return {name: caption.format(**chosen, **words) for name, caption in CAPTIONS.items()}
@@ -80,31 +60,10 @@ def captions_of(vessel: Vessel, frictions: FrictionMap) -> dict[str, str]:
 def paper_figures(
     machine: Machine, archive: Archive, discharge: Discharge, frictions: FrictionMap, folder: str | PathLike[str]
 ) -> list[Path]:
-    """Write all figures of the paper that the valve's model gives.
+    """Write all figures of the paper that the valve's model gives, as PNG and PDF.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    archive : Archive
-        The map over the paper's grid.
-    discharge : apesim.studies.discharge.Discharge
-        Result of the model's own discharge tests.
-    frictions : apesim.studies.paper.friction.friction_map.FrictionMap
-    folder : path
-        Made if it does not exist.
-
-    Returns
-    -------
-    list of Path
-        A PNG and a PDF of each figure.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> paper = apesim.repeat_paper(apesim.Machine())  # doctest: +SKIP
-    >>> paths = paper_figures(paper.model, paper.map, paper.tests, paper.frictions, "figures")  # doctest: +SKIP
-    >>> paths[0].name  # doctest: +SKIP
-    'fig03_discharge.png'
+    `archive` is the map over the paper's grid, `discharge` the result of the model's own discharge tests; `folder` is
+    made if it does not exist.
     """
     ambient = machine.ambient.pressure
     figures = {

@@ -43,28 +43,10 @@ Titles = Sequence[tuple[int, str]]
 
 
 def soft_landing_figures(archive: Archive, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
-    """Write all figures of a study of soft landing.
+    """Write all figures of a study of soft landing as PNG and PDF into a folder, made if it does not exist.
 
-    Parameters
-    ----------
-    archive : Archive
-        See `apesim.studies.soft_landing.results.archive_of`.
-    ambient_pressure : float
-        Pressure that gauge pressures stand above [Pa abs].
-    folder : path
-        Made if it does not exist.
-
-    Returns
-    -------
-    list of Path
-        A PNG and a PDF of each figure.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> landing = apesim.find_soft_landing(apesim.Machine(), pressure="0.4 MPa gauge")  # doctest: +SKIP
-    >>> [path.name for path in soft_landing_figures(landing.archive, 101325.0, "figures")][:2]  # doctest: +SKIP
-    ['fronts.png', 'fronts.pdf']
+    `archive` is as `apesim.studies.soft_landing.results.archive_of` gives it; gauge pressures stand above
+    `ambient_pressure` [Pa abs].
     """
     v, titles, spacing, cost = shown_of(archive, ambient_pressure)
     dwell = 1e3 * float(archive.provenance["dwell_s"])
@@ -79,27 +61,11 @@ def soft_landing_figures(archive: Archive, ambient_pressure: float, folder: str 
 
 
 def shown_of(archive: Archive, ambient_pressure: float) -> tuple[dict[str, np.ndarray], Titles, float, float]:
-    """What the figures show of an archive.
+    """What the figures show of an archive, with the ambient pressure in [Pa abs].
 
-    Parameters
-    ----------
-    archive : Archive
-    ambient_pressure : float
-        [Pa abs]
+    Gives columns over the runs, the runs to show, each with the title of its panel, the time that two edges of the
+    command stand apart at least [ms], and the time that a stroke may take longer [ms].
 
-    Returns
-    -------
-    columns : dict of str to ndarray
-        Over the runs.
-    titles : list of (int, str)
-        Runs to show, each with the title of its panel.
-    spacing : float
-        Time that two edges of the command stand apart at least [ms].
-    cost : float
-        Time that a stroke may take longer [ms].
-
-    Examples
-    --------
     >>> from apesim.archive.columns import column
     >>> pressure = column([0.5e6, 0.9e6], "Pa abs", "control pressure")
     >>> archive = Archive("", {"spacing_s": "4.17e-3", "cost_s": "1e-3"}, {"supply_pressure": pressure})
@@ -184,24 +150,9 @@ def _plot_over_spacing(v: Columns, titles: Titles, spacing: float, cost: float) 
 def draw_over_spacing(axis: Axes, v: Columns, titles: Titles, spacing: float, cost: float) -> Axes:
     """Draw the softest landing at the allowed cost over the time between edges that the solenoids need.
 
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    v : mapping of str to ndarray
-        Columns of the archive over its runs.
-    titles : list of (int, str)
-        Runs to show, each with its name in the legend.
-    spacing : float
-        Time that two edges of the command stand apart at least [ms].
-    cost : float
-        Time that a stroke may take longer [ms].
+    `v` holds columns of the archive over its runs, `titles` the runs to show with their names in the legend; two edges
+    of the command stand `spacing` [ms] apart at least, and a stroke may take `cost` [ms] longer.
 
-    Returns
-    -------
-    matplotlib.axes.Axes
-
-    Examples
-    --------
     >>> v = {"spacing": 1e-3 * np.array([1.0, 4.0])}
     >>> for stroke in STROKES:
     ...     v[f"{stroke}_speed_over_spacing"] = np.array([[0.3, 0.6]])

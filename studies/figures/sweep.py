@@ -49,26 +49,10 @@ OUTER = ("actuation", "speed_rpm")
 
 
 def sweep_figures(archive: Archive, folder: str | PathLike[str]) -> list[Path]:
-    """Write all figures of a sweep; where keys were varied, over each of them, the others in the middle.
+    """Write all figures of a sweep as PNG and PDF; where keys were varied, over each, the others in the middle.
 
-    Parameters
-    ----------
-    archive : Archive
-        A sweep, see `apesim.studies.sweep.run_sweep`. Without traces there are no figures of the cycle.
-    folder : path
-        Made if it does not exist.
-
-    Returns
-    -------
-    list of Path
-        A PNG and a PDF of each figure.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> sweep = apesim.sweep(apesim.Machine(), "600:1200:300 rpm", intake="ideal")  # doctest: +SKIP
-    >>> [path.name for path in sweep_figures(sweep.archive, "figures")][:2]  # doctest: +SKIP
-    ['torque_and_air.png', 'torque_and_air.pdf']
+    `archive` is as `apesim.studies.sweep.run_sweep` gives it; without traces there are no figures of the cycle.
+    `folder` is made if it does not exist.
     """
     varied = [name for name in axes_of(archive) if name not in OUTER]
     figures: dict[str, Callable[[], Figure]] = {"torque_and_air": partial(plot_over_speed, archive)}
@@ -80,52 +64,13 @@ def sweep_figures(archive: Archive, folder: str | PathLike[str]) -> list[Path]:
 
 
 def actuations_in(archive: Archive) -> list[str]:
-    """Names of what moves the intakes in an archive.
-
-    Parameters
-    ----------
-    archive : Archive
-
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column, run_axis
-    >>> axes = {"axes": '{"actuation": ["epv", "ideal"], "speed_rpm": ["600 rpm"]}'}
-    >>> variables = {"run": run_axis(2), "speed_rpm": column([600.0, 600.0], "min-1", "speed")}
-    >>> actuations_in(Archive("", axes, variables | {"actuation": column([0, 1], "1", "actuation")}))
-    ['epv', 'ideal']
-    """
+    """List the names of what moves the intakes in an archive."""
     texts, places = axes_of(archive)["actuation"], places_of(archive)[0]
     return [name for number, name in enumerate(texts) if number in places]
 
 
 def runs_of(archive: Archive, actuation: str, along: str = "speed_rpm") -> np.ndarray:
-    """Indices of the runs of an actuation along one axis; on the others they are in the middle.
-
-    Parameters
-    ----------
-    archive : Archive
-    actuation : str
-    along : str
-        Name of the axis.
-
-    Returns
-    -------
-    (n,) int array
-        In the order of rising speed, or of the values.
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column, run_axis
-    >>> axes = {"axes": '{"actuation": ["epv", "ideal"], "speed_rpm": ["600 rpm", "900 rpm"]}'}
-    >>> speed = column([600.0, 900.0, 600.0, 900.0], "min-1", "speed")
-    >>> variables = {"run": run_axis(4), "actuation": column([0, 0, 1, 1], "1", "actuation"), "speed_rpm": speed}
-    >>> runs_of(Archive("", axes, variables), "ideal").tolist()
-    [2, 3]
-    """
+    """Indices (n,) of an actuation's runs by rising value along one axis; on the other axes they are in the middle."""
     selected = np.ones(len(archive.runs), dtype=bool)
     for (name, texts), places in zip(axes_of(archive).items(), places_of(archive), strict=True):
         if name == "actuation":
@@ -139,32 +84,8 @@ def runs_of(archive: Archive, actuation: str, along: str = "speed_rpm") -> np.nd
 def draw_over_speed(axis: Axes, archive: Archive, values: np.ndarray, **legend: Any) -> str:
     """Draw a variable over speed: a line for each actuation and for each combination of the keys that were varied.
 
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    archive : Archive
-    values : (n,) array
-        The variable, over the runs.
-    **legend
-        What `matplotlib.axes.Axes.legend` takes, for where it stands.
-
-    Returns
-    -------
-    str
-        What the lines have in common, and how many are left out, in words; "" if there is nothing to say.
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column, run_axis
-    >>> axes = {"axes": '{"actuation": ["cam"], "bore": ["80 mm", "90 mm"], "speed_rpm": ["600 rpm", "900 rpm"]}'}
-    >>> speed, bore = [600.0, 900.0, 600.0, 900.0], [0.08, 0.08, 0.09, 0.09]
-    >>> variables = {"run": run_axis(4), "actuation": column(4 * [0], "1", "actuation")}
-    >>> variables |= {"speed_rpm": column(speed, "r/min", "speed"), "bore": column(bore, "m", "bore")}
-    >>> _, (axis, _) = open_row(2)
-    >>> draw_over_speed(axis, Archive("", axes, variables), np.array([3.0, 2.0, 4.0, 3.0]))
-    'cam'
-    >>> [line.get_label() for line in axis.lines]
-    ['bore 80 mm', 'bore 90 mm']
+    `values` (n,) are the variable over the runs, `legend` what `matplotlib.axes.Axes.legend` takes. Gives in words what
+    the lines have in common and how many are left out; "" where there is nothing to say.
     """
     texts, actuations = axes_of(archive), actuations_in(archive)
     places = dict(zip(texts, places_of(archive), strict=True))
@@ -206,20 +127,8 @@ def _told(texts: dict[str, list[str]], places: dict[str, int]) -> str:
 
 
 def in_the_middle(archive: Archive, along: str = "speed_rpm") -> str:
-    """Values of the axes that a figure does not show, in words; "" if there are none.
+    """Values of the axes that a figure over the axis `along` does not show, in words; "" if there are none.
 
-    Parameters
-    ----------
-    archive : Archive
-    along : str
-        Name of the axis that it shows.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> from apesim.archive.columns import column, run_axis
     >>> texts = '{"actuation": ["epv"], "engine.bore": ["80 mm", "90 mm"], "speed_rpm": ["600 rpm"]}'
     >>> variables = {name: column([0.0, 0.0], "1", name) for name in ("actuation", "engine.bore", "speed_rpm")}
@@ -239,30 +148,7 @@ def _run_near(archive: Archive, actuation: str, speed_rpm: float) -> int | None:
 
 
 def plot_over_speed(archive: Archive) -> Figure:
-    """Plot torque and specific air over speed.
-
-    Parameters
-    ----------
-    archive : Archive
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column, run_axis
-    >>> from apesim.studies.sweep.results import WARNING_FLAGS
-    >>> axes = {"axes": '{"actuation": ["ideal"], "speed_rpm": ["600 rpm", "900 rpm"]}'}
-    >>> values = {"speed_rpm": [600.0, 900.0], "brake_torque_Nm": [20.0, 15.0], "indicated_torque_Nm": [22.0, 18.0]}
-    >>> values |= {"specific_air_kg_per_kWh": [40.0, 50.0], "indicated_specific_air_kg_per_kWh": [36.0, 42.0]}
-    >>> variables = {name: column(numbers, "1", name) for name, numbers in values.items()}
-    >>> variables |= {flag: column([False, False], "1", flag) for flag in WARNING_FLAGS.values()}
-    >>> variables |= {"run": run_axis(2), "actuation": column([0, 0], "1", "actuation")}
-    >>> figure = plot_over_speed(Archive("", axes, variables))
-    >>> figure.axes[0].lines[0].get_ydata().tolist()
-    [20.0, 15.0]
-    """
+    """Plot torque and specific air over speed."""
 
     def along(name: str) -> tuple[np.ndarray, np.ndarray]:
         runs = runs_of(archive, name)

@@ -30,27 +30,9 @@ SPEED = ("speed", "r/min")
 
 
 def timing_figures(timing_map: TimingMap, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
-    """Write all figures of a map of corrected commands.
+    """Write all figures of a map of corrected commands, each as PNG and PDF, into a folder that is made if need be.
 
-    Parameters
-    ----------
-    timing_map : apesim.studies.timing.grid.TimingMap
-    ambient_pressure : float
-        Pressure that gauge pressures stand above [Pa abs].
-    folder : path
-        Made if it does not exist.
-
-    Returns
-    -------
-    list of Path
-        A PNG and a PDF of each figure.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> timing = apesim.correct_timing(apesim.Machine(), speed="600:1200:300 rpm")  # doctest: +SKIP
-    >>> [path.name for path in timing_figures(timing.map, 101325.0, "figures")][:2]  # doctest: +SKIP
-    ['advance.png', 'advance.pdf']
+    Gauge pressures stand above `ambient_pressure` [Pa abs].
     """
     plots: dict[str, Callable] = {"advance": _plot_advances, "won_back": _plot_won_back, "shortcut": _plot_shortcut}
     if timing_map.laws["advance"]:
@@ -96,20 +78,8 @@ def _plot_advances(timing_map: TimingMap, ambient_pressure: float) -> Figure:
 def draw_advance(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *, edge: str) -> Axes:
     """Draw the advance of one command edge over speed, a colour for each pressure, at the temperature in the middle.
 
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    timing_map : apesim.studies.timing.grid.TimingMap
-    ambient_pressure : float
-        [Pa abs]
-    edge : {"energise", "release"}
+    `edge` is "energise" or "release"; pressures are shown as gauge, above `ambient_pressure` [Pa abs].
 
-    Returns
-    -------
-    matplotlib.axes.Axes
-
-    Examples
-    --------
     >>> from apesim.archive import Archive
     >>> from apesim.archive.columns import column
     >>> from apesim.engine.machine import Machine

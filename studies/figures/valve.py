@@ -45,28 +45,9 @@ MIN_APART = 0.04, 0.1
 
 
 def map_figures(archive: Archive, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
-    """Write all figures of a valve map.
+    """Write all figures of a valve map, each as PNG and PDF, into a folder that is made if need be.
 
-    Parameters
-    ----------
-    archive : Archive
-        See `apesim.studies.valve_map.compute_map`.
-    ambient_pressure : float
-        Pressure that gauge pressures stand above [Pa abs].
-    folder : path
-        Made if it does not exist.
-
-    Returns
-    -------
-    list of Path
-        A PNG and a PDF of each figure.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> valve_map = apesim.map_valve(apesim.Machine(), pressure="0.4:1.0:0.2 MPa gauge")  # doctest: +SKIP
-    >>> [path.name for path in map_figures(valve_map.archive, 101325.0, "figures")][:2]  # doctest: +SKIP
-    ['delay_time.png', 'delay_time.pdf']
+    The archive is one of `compute_map`; gauge pressures stand above `ambient_pressure` [Pa abs].
     """
     figures = {name: partial(plot_map, archive, ambient_pressure, name) for name in MAPS}
     figures["velocity"] = partial(plot_velocities, archive, ambient_pressure)
@@ -75,31 +56,7 @@ def map_figures(archive: Archive, ambient_pressure: float, folder: str | PathLik
 
 
 def grid_of(archive: Archive, ambient_pressure: float) -> tuple[np.ndarray, np.ndarray]:
-    """Axes of a map.
-
-    Parameters
-    ----------
-    archive : Archive
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    pressures : (n,) float array
-        Ascending [MPa gauge].
-    temperatures : (m,) float array
-        Ascending [K].
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column
-    >>> pressure = column([0.5e6, 0.5e6, 0.9e6, 0.9e6], "Pa abs", "control pressure")
-    >>> temperature = column([250.0, 287.0, 250.0, 287.0], "K", "temperature")
-    >>> variables = {"supply_pressure": pressure, "supply_temperature": temperature}
-    >>> pressures, temperatures = grid_of(Archive("", {}, variables), 0.1e6)
-    >>> pressures.tolist(), temperatures.tolist()
-    ([0.4, 0.8], [250.0, 287.0])
-    """
+    """Axes of a map, ascending: pressures (n,) [MPa gauge] above `ambient_pressure` [Pa abs], temperatures (m,) [K]."""
     v = archive.variables
     pressures = np.unique(v["supply_pressure"].values)
     return gauge_in_mpa(pressures, ambient_pressure), np.unique(v["supply_temperature"].values)
@@ -108,27 +65,8 @@ def grid_of(archive: Archive, ambient_pressure: float) -> tuple[np.ndarray, np.n
 def plot_map(archive: Archive, ambient_pressure: float, name: str) -> Figure:
     """Plot a measure over pressure and temperature, a panel for opening and one for closing.
 
-    Parameters
-    ----------
-    archive : Archive
-    ambient_pressure : float
-        [Pa abs]
-    name : {"delay_time", "stroke_time", "seating_speed", "fluctuation"}
-        Which map, see `MAPS`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Contours; lines where the grid has one pressure or one temperature only.
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column
-    >>> values = {"supply_pressure": [0.5e6, 0.9e6], "supply_temperature": [287.0, 287.0]}
-    >>> values |= {"opening_delay_s": [6e-3, 8e-3], "closing_delay_s": [6e-3, 8e-3]}
-    >>> archive = Archive("", {}, {name: column(numbers, "1", name) for name, numbers in values.items()})
-    >>> plot_map(archive, 0.1e6, "delay_time").axes[0].get_ylabel()
-    'delay time [ms]'
+    `name` is a key of `MAPS`, `ambient_pressure` in [Pa abs]. Contours are drawn, or lines where the grid has one
+    pressure or one temperature only.
     """
     column, factor, label, unit = MAPS[name]
     pressures, temperatures = grid_of(archive, ambient_pressure)
@@ -184,32 +122,7 @@ def _draw_lines(
 def plot_velocities(archive: Archive, ambient_pressure: float, max_traces: int = 5) -> Figure:
     """Plot the velocity of the piston at several pressures, at the temperature in the middle (Fig. 9 of the paper).
 
-    Parameters
-    ----------
-    archive : Archive
-    ambient_pressure : float
-        [Pa abs]
-    max_traces : int
-        Number of pressures that are shown at most.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Examples
-    --------
-    >>> from apesim.archive import Variable
-    >>> from apesim.archive.columns import column
-    >>> values = {"supply_pressure": [0.5e6], "supply_temperature": [287.0]}
-    >>> for stroke in STROKES:
-    ...     values |= {f"{stroke}_delay_s": [6e-3], f"{stroke}_stroke_time_s": [9e-3]}
-    ...     values[f"{stroke}_seating_speed_m_s"] = [1.2]
-    >>> variables = {name: column(numbers, "1", name) for name, numbers in values.items()}
-    >>> variables["time"] = Variable(("time",), np.linspace(0.0, 0.1, 5), "s", "time")
-    >>> variables["velocity"] = Variable(("run", "time"), np.ones((1, 5)), "m s-1", "velocity")
-    >>> figure = plot_velocities(Archive("", {"pulse_s": "0.05"}, variables), 0.1e6)
-    >>> [axis.get_title() for axis in figure.axes]
-    ['opening, 287 K', 'closing, 287 K']
+    At most `max_traces` pressures are shown, as gauge above `ambient_pressure` [Pa abs].
     """
     v = archive.variables
     pressures, temperatures = grid_of(archive, ambient_pressure)
@@ -242,28 +155,10 @@ def plot_velocities(archive: Archive, ambient_pressure: float, max_traces: int =
 
 
 def limit_figures(archive: Archive, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
-    """Write the figure of a map of working limits.
+    """Write the figure of a map of working limits as PNG and PDF into a folder that is made if need be.
 
-    Parameters
-    ----------
-    archive : Archive
-        Limits over pressure, temperature and duty, see `apesim.studies.limit.valve_limit`.
-    ambient_pressure : float
-        Pressure that gauge pressures stand above [Pa abs].
-    folder : path
-        Made if it does not exist.
-
-    Returns
-    -------
-    list of Path
-        A PNG and a PDF.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> limits = apesim.find_valve_limit(apesim.Machine(), duty="0.3, 0.5")  # doctest: +SKIP
-    >>> [path.name for path in limit_figures(limits.archive, 101325.0, "figures")]  # doctest: +SKIP
-    ['working_limit.png', 'working_limit.pdf']
+    The archive holds limits over pressure, temperature and duty, see `valve_limit`; gauge pressures stand above
+    `ambient_pressure` [Pa abs].
     """
     figures = {"working_limit": partial(_plot_limits, archive, ambient_pressure)}
     return write_figures(figures, folder, conditions_of(archive.machine, SUPPLY))
@@ -288,31 +183,7 @@ def _hz_of(rpm: Any) -> Any:
 
 
 def draw_limits(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
-    """Draw the working limit over pressure, a line for each temperature and duty.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    archive : Archive
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column
-    >>> from apesim.studies.limit.points import point_column
-    >>> values = {"supply_pressure": [0.5e6, 0.9e6], "supply_temperature": [287.0, 287.0], "duty": [0.5, 0.5]}
-    >>> values |= {"limit_hz": [20.0, 30.0], "rule_window_deg": [180.0, 160.0], "rule_lap_to_lap_s": [17e-3, 15e-3]}
-    >>> variables = {name: column(numbers, "1", name) for name, numbers in values.items()}
-    >>> variables["point"] = point_column([Point.GRID, Point.GRID_AND_OWN])
-    >>> _, axis = open_one()
-    >>> draw_limits(axis, Archive("", {}, variables), 0.1e6).get_ylabel()
-    'highest working rate [Hz]'
-    """
+    """Draw the working limit over pressure, a line for each temperature and duty; `ambient_pressure` in [Pa abs]."""
     v = columns_of(archive)
     of_grid = {name: values[v["point"] != Point.OWN] for name, values in v.items()}
     common: Look = {"ambient_pressure": ambient_pressure}

@@ -32,20 +32,7 @@ LIBRARY = ("coulomb_friction", "side_force", "spring_rate_error", "tabulated_for
 
 
 def write_example(folder: Path) -> None:
-    """Write the measured data of the example: the lift at four supply pressures.
-
-    Parameters
-    ----------
-    folder : path
-        A folder that exists.
-
-    Examples
-    --------
-    >>> with TemporaryDirectory() as folder:
-    ...     write_example(Path(folder))
-    ...     sorted(path.name for path in Path(folder).iterdir())
-    ['measured.toml', 'p30.csv', 'p40.csv', 'p50.csv', 'p60.csv']
-    """
+    """Write the measured data of the example, the lift at four supply pressures, into a folder that exists."""
     machine = Machine()
     pushed = with_value(machine, "effects.side_force.force", SIDE_FORCE)
     rng = np.random.default_rng(SEED)
@@ -64,50 +51,20 @@ def write_example(folder: Path) -> None:
 
 @cache
 def read_example() -> Measured:
-    """The measured data of the example, see `write_example`; made once.
-
-    Returns
-    -------
-    apesim.studies.measured.Measured
-
-    Examples
-    --------
-    >>> [str(run.role) for run in read_example().runs]
-    ['fit', 'fit', 'gate', 'check']
-    """
+    """The measured data of the example, see `write_example`; made once."""
     with TemporaryDirectory() as folder:
         write_example(Path(folder))
         return read_measured(folder, Machine().ambient.pressure)
 
 
 def list_left_out() -> list[str]:
-    """Names of the effects that the example leaves out: all that are not in `LIBRARY`.
-
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
-    >>> "side_force" in list_left_out(), "leakage_a" in list_left_out()
-    (False, True)
-    """
+    """Names of the effects that the example leaves out: all that are not in `LIBRARY`."""
     return [effect.name for effect in select_effects("valve") if effect.name not in LIBRARY]
 
 
 @cache
 def explain_example() -> Explanation:
-    """The explanation of the example, by the effects of `LIBRARY` alone; found once.
-
-    Returns
-    -------
-    apesim.studies.gap.explanation.Explanation
-
-    Examples
-    --------
-    >>> str(explain_example().verdict)
-    'NAMED'
-    """
+    """The explanation of the example, by the effects of `LIBRARY` alone; found once."""
     with TemporaryDirectory() as folder:
         write_example(Path(folder))
         explanation = explain(Machine(), folder, without=list_left_out())
@@ -117,16 +74,6 @@ def explain_example() -> Explanation:
 
 @cache
 def find_example_gap() -> CalibratedGap:
-    """The gap of the example, its machine calibrated; found once.
-
-    Returns
-    -------
-    apesim.studies.gap.search.calibrated_gap.CalibratedGap
-
-    Examples
-    --------
-    >>> find_example_gap().gap_test.alarm
-    True
-    """
+    """The gap of the example, its machine calibrated; found once."""
     explanation = explain_example()
     return check_against_noise(explanation.calibrated, explanation.sensitivities, [])

@@ -17,19 +17,7 @@ MAX_SOLVER_ERROR = 0.05
 def check_roles(measured: Measured) -> None:
     """Refuse a folder by whose roles nothing can be concluded.
 
-    Parameters
-    ----------
-    measured : apesim.studies.measured.Measured
-
-    Raises
-    ------
-    InputError
-        No run is to be fitted, or a sensor is in runs to check alone.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> check_roles(read_example())
+    Raises InputError where no run is to be fitted, or a sensor is in runs to check alone.
     """
     file = f"{measured.folder}/{FILE}"
     if not measured.of(FIT):
@@ -53,23 +41,7 @@ def _find_unknown_noise(measured: Measured) -> Iterator[Fault]:
 def find_solver_error(residuals: WhitenedResiduals, x: np.ndarray) -> float:
     """The simulator's own error, by a tenfold sharper march: the root mean square over all samples.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    x : (p,) float array
-        Scaled parameters.
-
-    Returns
-    -------
-    float
-        Over the noise of a sample.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> calibrated = explain_example().calibrated
-    >>> find_solver_error(calibrated.residuals, calibrated.fitted.x) < MAX_SOLVER_ERROR
-    True
+    It is over the noise of a sample; `x` (p,) are the scaled parameters.
     """
     usual, sharp = (residuals.predicted(x, tolerance) for tolerance in (TOLERANCE, 0.1 * TOLERANCE))
     change = residuals.whiten([a - b for a, b in zip(usual, sharp, strict=True)])

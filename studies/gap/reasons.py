@@ -73,22 +73,7 @@ class ReasonKind(StrEnum):
     TABLE_TAKES_MORE = "an unknown {balance} without a name takes more of the gap"
 
     def with_facts(self, **facts: Any) -> "Reason":
-        """The reason with its numbers.
-
-        Parameters
-        ----------
-        **facts : object
-            Numbers and names that the sentence leaves open, by their names in it.
-
-        Returns
-        -------
-        Reason
-
-        Examples
-        --------
-        >>> str(ReasonKind.TOO_SMALL.with_facts(size=0.0712))
-        'the gap is 0.071 of the noise where it is largest: too small to matter'
-        """
+        """The reason with its numbers: the facts that its sentence leaves open, by their names in it."""
         return Reason(self, self.value.format(**facts))
 
 

@@ -17,37 +17,10 @@ if TYPE_CHECKING:
 
 
 def write_fit(fit: "Fit", folder: str | PathLike[str], *, overwrite: bool = False) -> list[Path]:
-    """Write ``fit.json``, ``machine.toml`` and the figures of a fit to a folder.
+    """Write ``fit.json``, ``machine.toml`` and the figures of a fit to a folder, which is made where there is none.
 
-    Parameters
-    ----------
-    fit : apesim.studies.identify.estimate.Fit
-    folder : path
-        Is made where it does not exist.
-    overwrite : bool
-        Whether to write into a folder that holds something.
-
-    Returns
-    -------
-    list of Path
-
-    Raises
-    ------
-    ArchiveError
-        The folder or a file cannot be written, or the folder is not empty.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> import apesim
-    >>> from apesim.studies.gap.example_bench import write_example
-    >>> with TemporaryDirectory() as folder:
-    ...     measured = Path(folder, "measured")
-    ...     measured.mkdir()
-    ...     write_example(measured)
-    ...     fitted = apesim.fit(f"{folder}/measured", ["valve.viscous_friction"])
-    ...     [path.name for path in write_fit(fitted, f"{folder}/fitted")]
-    ['fit.json', 'machine.toml', 'fit_1.png', 'fit_1.pdf']
+    Raises ArchiveError where the folder or a file cannot be written, or where the folder holds something and
+    `overwrite` is not set.
     """
     from apesim.studies.console import plain
 

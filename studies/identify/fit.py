@@ -86,48 +86,12 @@ def identify(
 ) -> Identified:
     """Identify parameters of a machine from measured data; only runs with the role "fit" are used.
 
-    Least squares start from several points; the noise is then estimated from the residuals, and the fit and its 95 %
-    intervals by profile likelihood are repeated while a profile meets a better point, `MAX_RESTARTS` times at most.
-
-    The first start is the machine's own values, the others are points of a Halton sequence [1]_; intervals are those of
-    the profile likelihood [2]_.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine from which the search starts.
-    measured : apesim.studies.measured.Measured
-    free : sequence of Free
-        See `apesim.studies.identify.free.free_parameters`.
-    method : {"least-squares", "ga"}
-    report : callable, optional
-        ``report(done, total)``, called with the number of simulations.
-
-    Returns
-    -------
-    Identified
-
-    Raises
-    ------
-    apesim.quantities.InputError
-        There is nothing to fit, a free supply differs between the runs, or a parameter changes nothing in them.
-
-    References
-    ----------
-    .. [1] J. H. Halton, "On the efficiency of certain quasi-random sequences of points in evaluating multi-dimensional
-       integrals", Numer. Math. 2, 1960, pp. 84-90, doi 10.1007/BF01386213.
-    .. [2] D. J. Venzon and S. H. Moolgavkar, "A method for computing profile-likelihood-based confidence intervals",
-       Appl. Statist. 37, 1988, pp. 87-94, doi 10.2307/2347496.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> from apesim.studies.identify.free import free_parameters
-    >>> friction = "valve.viscous_friction"
-    >>> identified = identify(Machine(), read_example(), free_parameters(Machine(), [friction]))
-    >>> low, high = identified.interval_95[friction]
-    >>> low < identified.parameters[friction] < high, identified.converged
-    (True, True)
+    Least squares start from the machine's own values and from points of a Halton sequence (Halton 1960, doi
+    10.1007/BF01386213); the noise is then estimated from the residuals, and the fit and its 95 % intervals by profile
+    likelihood (Venzon and Moolgavkar 1988, doi 10.2307/2347496) are repeated while a profile meets a better point,
+    `MAX_RESTARTS` times at most. `method` is "least-squares" or "ga"; ``report(done, total)`` is called with the number
+    of simulations. Raises InputError where there is nothing to fit, a free supply differs between the runs, or a
+    parameter changes nothing in them.
     """
     counter = ReportingCounter(report)
     residuals = free_residuals(machine, measured.of(FIT), free, counter)
@@ -233,22 +197,9 @@ def _badly_known(
     """Warnings of parameters that are indistinguishable, and of those whose interval is wide.
 
     Pairs alone do not show it: of five parameters, any one may be made up for by the other four, while no two of them
-    are strongly correlated. The curvature does not either, where it changes along the way; intervals by profile do.
-
-    Parameters
-    ----------
-    keys : list of str
-    best : (p,) float array
-        The optimum.
-    intervals : list
-        See `find_intervals`.
-    correlation : (p, p) float array
-    together : (p,) float array
-        Multiple correlation of each estimate with all others.
-
-    Returns
-    -------
-    list of str
+    are strongly correlated. The curvature does not either, where it changes along the way; the `intervals` by profile,
+    see `find_intervals`, do. `best` (p,) is the optimum, `correlation` is (p, p), `together` (p,) the multiple
+    correlation of each estimate with all others.
     """
     widths = [high.at - low.at for low, high in intervals]
     shares = [0.5 * width / max(abs(x), 1e-12) for x, width in zip(best, widths, strict=True)]

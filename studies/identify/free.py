@@ -33,19 +33,7 @@ EXAMPLE = "valve.viscous_friction"
 def si_unit(declaration: Quantity) -> str:
     """Find the name of the SI unit of a quantity: the declared one if it is that.
 
-    Parameters
-    ----------
-    declaration : Quantity
-
-    Returns
-    -------
-    str
-        Unit, and behind a pressure whether it is absolute.
-
-    Examples
-    --------
-    >>> si_unit(Quantity("N s/m", 0, 200, "chosen")), si_unit(Quantity("mm", 1, 50, "chosen"))
-    ('N s/m', 'm')
+    Behind the unit of a pressure it says whether it is absolute.
     """
     own = unit(declaration.unit)
     si = own._replace(factor=Fraction(1), offset=Fraction(0))
@@ -56,31 +44,10 @@ def si_unit(declaration: Quantity) -> str:
 def free_parameters(
     machine: Machine, texts: Sequence[str], method: str = LEAST_SQUARES, where: tuple[str, str] = COMMAND_LINE
 ) -> list[Free]:
-    """Find what ``KEY`` and ``KEY=LOW:HIGH`` set free.
+    """Find what ``KEY`` and ``KEY=LOW:HIGH`` set free, e.g. ``valve.viscous_friction=100 N s/m:120 N s/m``.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    texts : sequence of str
-        E.g. ``valve.viscous_friction=100 N s/m:120 N s/m``; without bounds, the declared range of the key holds.
-    method : {"least-squares", "ga"}
-    where : pair of str
-        File and key of a fault.
-
-    Returns
-    -------
-    list of Free
-
-    Raises
-    ------
-    InputError
-        With every fault.
-
-    Examples
-    --------
-    >>> [free] = free_parameters(Machine(), ["valve.viscous_friction=100 N s/m:120 N s/m"])
-    >>> free.low, free.high
-    (100.0, 120.0)
+    Without bounds, the declared range of the key holds. `method` is "least-squares" or "ga", `where` the file and key
+    that a fault names. Raises InputError with every fault.
     """
     leaves = {leaf.key: leaf for leaf in schema(type(machine), machine)}
     found: list[Free] = []

@@ -49,31 +49,7 @@ def judge(
 ) -> list[Judgement]:
     """Judge the fitted model by runs that were not fitted; the parameters stay as they are.
 
-    Parameters
-    ----------
-    identified : apesim.studies.identify.fit.Identified
-    measured : apesim.studies.measured.Measured
-        Data with the runs that were fitted.
-    free : sequence of apesim.studies.identify.simulation.Free
-    runs : sequence of apesim.studies.measured.MeasuredRun
-        Runs by which the model is judged.
-
-    Returns
-    -------
-    list of Judgement
-
-    Examples
-    --------
-    A valve whose friction is fitted, and makes up for a side force that the machine lacks, so that no gate contradicts:
-
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> from apesim.studies.identify.fit import identify
-    >>> from apesim.studies.identify.free import free_parameters
-    >>> measured, free = read_example(), free_parameters(Machine(), ["valve.viscous_friction"])
-    >>> [gate] = judge(identify(Machine(), measured, free), measured, free, measured.of("gate"))
-    >>> gate.run, gate.contradicted
-    ('p50.csv', False)
+    `measured` holds the runs that were fitted, `runs` those by which the model is judged.
     """
     if not runs:
         return []

@@ -12,28 +12,10 @@ POPULATION, GENERATIONS = 20, 80
 
 
 def minimise_genetically(residuals: WhitenedResiduals, generations: int = GENERATIONS, seed: int = 0) -> np.ndarray:
-    """Minimise Eq. 11 of the EPV paper (doi 10.1631/jzus.A0820373) by a genetic algorithm of floating-point strings.
+    """Minimise [EPV, Eq. 11] by a genetic algorithm of floating-point strings, `POPULATION` in each generation.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    generations : int
-        Generations of `POPULATION` strings each.
-    seed : int
-        Seed of the random numbers.
+    Returns the scaled parameters (p,) of the least value met. Raises InputError where pymoo is not installed.
 
-    Returns
-    -------
-    (p,) float array
-        Scaled parameters of the least value met.
-
-    Raises
-    ------
-    apesim.quantities.InputError
-        pymoo is not installed.
-
-    Examples
-    --------
     Friction of a valve from its lift, in two of the 80 generations:
 
     >>> from apesim.engine.machine import Machine

@@ -15,24 +15,10 @@ of a 95 % interval."""
 
 
 def invert_curvature(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the curvature ``J'J`` at an optimum and its inverse, the covariance of the parameters.
+    """Find the curvature ``J'J`` (p, p) at an optimum and its inverse, the covariance of the parameters.
 
-    A trace is added to the diagonal, so that a parameter that hardly changes the data leaves it invertible.
-
-    Parameters
-    ----------
-    jacobian : (n, p) float array
-        Sensitivities of the whitened residuals.
-
-    Returns
-    -------
-    curvature, covariance : (p, p) float array
-
-    Examples
-    --------
-    >>> curvature, covariance = invert_curvature(np.array([[2.0], [0.0]]))
-    >>> curvature.round(6).tolist(), covariance.round(6).tolist()
-    ([[4.0]], [[0.25]])
+    `jacobian` (n, p) holds the sensitivities of the whitened residuals. A little is added to the diagonal, so that a
+    parameter that hardly changes the data leaves it invertible.
     """
     curvature = jacobian.T @ jacobian
     curvature += np.diag(1e-10 * np.diag(curvature) + 1e-12)
@@ -42,25 +28,11 @@ def invert_curvature(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def find_intervals(
     residuals: WhitenedResiduals, fitted: Fitted, covariance: np.ndarray, is_spent: Callable[[], bool]
 ) -> tuple[list[list[End]], np.ndarray | None]:
-    """Find both ends of every parameter's interval; or a better point, if one is met.
+    """Find both ends of every parameter's interval; or a better point (p,), if one is met, else None.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
-        The optimum.
-    covariance : (p, p) float array
-        Covariance of the parameters by the curvature there.
-    is_spent : callable
-        Tells whether there are to be no further simulations.
+    `fitted` is the optimum, `covariance` (p, p) that of the parameters by the curvature there; `is_spent` tells whether
+    there are to be no further simulations.
 
-    Returns
-    -------
-    intervals : list of pairs of apesim.studies.estimation.profile_likelihood.End
-    better : (p,) float array or None
-
-    Examples
-    --------
     One parameter, measured as 1.0 with a standard deviation of 0.5:
 
     >>> from types import SimpleNamespace

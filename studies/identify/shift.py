@@ -22,29 +22,8 @@ FLIGHT = 0.1, 0.9
 def find_time_shift(identified: "Identified", run: MeasuredRun) -> dict[str, Any]:
     """Find the largest time shift at equal lift between a measured run and its simulation, while the piston flies.
 
-    Parameters
-    ----------
-    identified : apesim.studies.identify.fit.Identified
-    run : apesim.studies.measured.MeasuredRun
-
-    Returns
-    -------
-    dict
-        ``run``; ``time_shift_s``, positive where the measured piston is later; ``noise_limit_s``: what noise alone
-        exceeds in one of twenty such runs; NaN where nothing flies or lift is not measured.
-
-    Examples
-    --------
-    A machine without the side force that its piston has opens late:
-
-    >>> from types import SimpleNamespace
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.estimation.noise.process import white
-    >>> from apesim.studies.gap.example_bench import NOISE, read_example
-    >>> identified = SimpleNamespace(machine=Machine(), nominal={}, noise={"lift": {0.0: white(NOISE, "stated")}})
-    >>> judged = find_time_shift(identified, read_example().runs[0])
-    >>> abs(judged["time_shift_s"]) > judged["noise_limit_s"]
-    True
+    The dict holds ``run``, ``time_shift_s``, positive where the measured piston is later, and ``noise_limit_s``, what
+    noise alone exceeds in one of twenty such runs; both NaN where nothing flies or lift is not measured.
     """
     machine = machine_for(identified, run)
     shifts, noises = [np.empty(0)], [np.empty(0)]

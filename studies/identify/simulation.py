@@ -45,23 +45,10 @@ SUPPLY = {"supply.pressure": "supply", "supply.temperature": "temperature"}
 
 
 def holds_in(identified: "Identified", key: str, run: MeasuredRun) -> bool:
-    """Whether the value that was found for a key holds in a run.
+    """Whether the value that was found for a key of the machine holds in a run.
 
     A supply that was fitted holds only in runs that state the nominal supply of the fitted runs, or none.
 
-    Parameters
-    ----------
-    identified : apesim.studies.identify.fit.Identified
-    key : str
-        Key of the machine.
-    run : apesim.studies.measured.MeasuredRun
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
     >>> from types import SimpleNamespace
     >>> identified = SimpleNamespace(nominal={"supply.pressure": 5e5})
     >>> runs = [SimpleNamespace(supply=pressure) for pressure in (5e5, 6e5)]
@@ -73,29 +60,7 @@ def holds_in(identified: "Identified", key: str, run: MeasuredRun) -> bool:
 
 
 def machine_for(identified: "Identified", run: MeasuredRun) -> Machine:
-    """Give the fitted machine with the supply of a run.
-
-    A fitted supply stays where it holds in the run, see `holds_in`.
-
-    Parameters
-    ----------
-    identified : apesim.studies.identify.fit.Identified
-    run : apesim.studies.measured.MeasuredRun
-
-    Returns
-    -------
-    apesim.engine.machine.Machine
-
-    Examples
-    --------
-    >>> from types import SimpleNamespace
-    >>> identified = SimpleNamespace(
-    ...     machine=Machine(), nominal={"supply.pressure": 5e5}, parameters={"supply.pressure": 5.1e5}
-    ... )
-    >>> run = MeasuredRun("p040", "p040.csv", 5e5, 287.0, 50e-3, "fit", np.zeros(0), {})
-    >>> [machine_for(identified, run._replace(supply=supply)).supply.pressure for supply in (5e5, 6e5)]
-    [510000.0, 600000.0]
-    """
+    """Give the fitted machine with the supply of a run; a fitted supply stays where it holds, see `holds_in`."""
     machine = run_of(identified.machine, run)
     for key in identified.nominal:
         if holds_in(identified, key, run):
@@ -106,10 +71,7 @@ def machine_for(identified: "Identified", run: MeasuredRun) -> Machine:
 class ReportingCounter(Counter):
     """Number of simulations, reported as they are counted.
 
-    Parameters
-    ----------
-    report : callable, optional
-        ``report(done, None)``, called after each simulation, as their number is not known before.
+    ``report(done, None)`` is called after each simulation, as their number is not known before.
     """
 
     def __init__(self, report: Callable[[int, None], object] | None = None) -> None:
@@ -117,17 +79,7 @@ class ReportingCounter(Counter):
         self._report = report
 
     def add(self, number: int) -> None:
-        """Count more simulations, and report them.
-
-        Parameters
-        ----------
-        number : int
-
-        Examples
-        --------
-        >>> ReportingCounter(lambda done, total: print(done)).add(1)
-        1
-        """
+        """Count more simulations, and report them."""
         super().add(number)
         if self._report:
             self._report(self.number, None)
@@ -138,24 +90,7 @@ def free_residuals(
 ) -> WhitenedResiduals:
     """Make the residuals of the sensors that are fitted, as a function of free parameters.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    runs : iterable of apesim.studies.measured.MeasuredRun
-        Those without any such sensor are left out.
-    free : iterable of Free
-        The scaled parameter x of each is its value over its scale.
-    counter : apesim.studies.estimation.residuals.Counter, optional
-
-    Returns
-    -------
-    apesim.studies.estimation.residuals.WhitenedResiduals
-
-    Examples
-    --------
-    >>> from apesim.studies.identify.free import free_parameters
-    >>> free_residuals(Machine(), [], free_parameters(Machine(), ["valve.viscous_friction"])).low.tolist()
-    [0.0]
+    Runs without any such sensor are left out; the scaled parameter x of each is its value over its scale.
     """
     kept = []
     for run in runs:
@@ -167,20 +102,10 @@ def free_residuals(
 
 
 def find_differences(residuals: WhitenedResiduals, x: np.ndarray) -> list[np.ndarray]:
-    """Find the simulation less the measurement of each block; large where a simulation ends early.
+    """Find the simulation less the measurement [SI] of each block (n,); large where a simulation ends early.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    x : (p,) float array
+    `x` (p,) holds the scaled parameters.
 
-    Returns
-    -------
-    list of (n,) float array
-        [SI]
-
-    Examples
-    --------
     A lift at rest that was measured 1 and 2 micrometres too high:
 
     >>> lift = np.array([1e-6, 2e-6])
@@ -197,21 +122,10 @@ def find_differences(residuals: WhitenedResiduals, x: np.ndarray) -> list[np.nda
 
 
 def find_objective(residuals: WhitenedResiduals, differences: Sequence[np.ndarray]) -> float:
-    """Find Eq. 11 of the EPV paper (doi 10.1631/jzus.A0820373) over all fitted samples of lift.
+    """Find [EPV, Eq. 11] over all fitted samples of lift [m]; NaN without any lift.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    differences : sequence of (n,) float array
-        See `find_differences`.
+    `differences` are those of `find_differences`.
 
-    Returns
-    -------
-    float
-        [m]; NaN without any lift.
-
-    Examples
-    --------
     >>> run = MeasuredRun("p040", "p040.csv", 5e5, 287.0, 50e-3, "fit", np.array([0.0, 1e-3]), {"lift": np.zeros(2)})
     >>> find_objective(free_residuals(Machine(), [run], []), [np.array([3e-6, 4e-6])])
     5e-06
@@ -222,25 +136,7 @@ def find_objective(residuals: WhitenedResiduals, differences: Sequence[np.ndarra
 
 
 def machine_at(machine: Machine, free: Iterable[Free], x: np.ndarray) -> Machine:
-    """Give the machine with free parameters at x, within their bounds.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    free : iterable of Free
-    x : (p,) float array
-
-    Returns
-    -------
-    apesim.engine.machine.Machine
-
-    Examples
-    --------
-    >>> from apesim.studies.identify.free import free_parameters
-    >>> free = free_parameters(Machine(), ["valve.viscous_friction=100 N s/m:120 N s/m"])
-    >>> machine_at(Machine(), free, [1e6]).valve.viscous_friction  # beyond the bounds
-    120.0
-    """
+    """Give the machine with free parameters at x (p,), their values over their scales, within their bounds."""
     for parameter, number in zip(free, x, strict=True):
         value = float(np.clip(number * parameter.scale, parameter.low, parameter.high))
         machine = with_value(machine, parameter.key, value)

@@ -30,42 +30,16 @@ class DesignRule(NamedTuple):
     """Time for which the lift has to be above the lap [s]; NaN: no limit to fit it to."""
 
     def limit(self, window: Any) -> Any:
-        """Find the highest speed at which a window is served, each end of it met within `WITHIN`.
+        """Find the highest speed [rad/s] at which a window is served, each end of it met within `WITHIN`.
 
-        Parameters
-        ----------
-        window : float or array
-            Crank angle from opening to closing [rad].
-
-        Returns
-        -------
-        float or array
-            Speed of the crankshaft [rad/s].
-
-        Examples
-        --------
-        >>> round(DesignRule(5e-3).limit(75.0 * DEGREE) / RPM, 3)
-        2533.333
+        The window is the crank angle from opening to closing [rad], a float or an array.
         """
         return (window + 2.0 * WITHIN) / self.lap_to_lap
 
     def window(self, speed: float) -> float:
-        """Find the shortest window that is served at a speed, each end of it met within `WITHIN`.
+        """Find the shortest window that is served at a speed [rad/s], each end of it met within `WITHIN`.
 
-        Parameters
-        ----------
-        speed : float
-            Speed of the crankshaft [rad/s].
-
-        Returns
-        -------
-        float
-            Crank angle from opening to closing [rad].
-
-        Examples
-        --------
-        >>> round(DesignRule(5e-3).window(1800.0 * RPM) / DEGREE, 3)
-        53.0
+        The window is the crank angle from opening to closing [rad].
         """
         return speed * self.lap_to_lap - 2.0 * WITHIN
 
@@ -73,23 +47,8 @@ class DesignRule(NamedTuple):
 def fit_rule(windows: np.ndarray, limits: np.ndarray) -> DesignRule:
     """Fit the design rule to limits at one supply, by least squares of the speeds.
 
-    Parameters
-    ----------
-    windows : (n,) float array
-        Crank angles from opening to closing [rad].
-    limits : (n,) float array
-        Highest speed for each window [rad/s].
-
-    Returns
-    -------
-    DesignRule
-        Rule with the fitted time; NaN where there are no limits.
-
-    Examples
-    --------
-    >>> rule = fit_rule(np.array([60.0, 75.0]) * DEGREE, np.array([2000.0, 2500.0]) * RPM)
-    >>> round(rule.lap_to_lap, 6)
-    0.005073
+    `windows` (n,) are crank angles from opening to closing [rad], `limits` (n,) the highest speed for each [rad/s]; the
+    rule's time is NaN where there are no limits.
     """
     spans = np.asarray(windows) + 2.0 * WITHIN
     return DesignRule(float(spans @ spans / (spans @ limits)) if len(spans) else nan)
@@ -100,30 +59,10 @@ def rule_columns(
 ) -> dict[str, Variable]:
     """Make the columns of an archive that say what the design rule, fitted supply by supply, predicts at each point.
 
-    Parameters
-    ----------
-    supplies : sequence of hashable, n of them
-        Air of each point; points of equal air share a rule.
-    windows : (n,) float array
-        Crank angles from opening to closing [rad].
-    limits : (n,) float array
-        Highest speeds [rad/s]; NaN where there is no limit.
-    by_full_lift : (n,) bool array
-        Whether the valve fails to lift fully above the limit; the rule is fitted to these points only.
-
-    Returns
-    -------
-    dict of str to Variable
-        Whether the rule is fitted to a point, its time, its limit and the window that 30 Hz need.
-
-    Examples
-    --------
-    >>> windows, limits = np.array([60.0, 75.0, 200.0]) * DEGREE, np.array([2000.0, 2500.0, 2600.0]) * RPM
-    >>> columns = rule_columns(["cold", "cold", "cold"], windows, limits, np.array([True, True, True]))
-    >>> columns["rule_fitted"].values.tolist()  # a window of 200 deg is too long
-    [1, 1, 0]
-    >>> columns["rule_limit_rpm"].values.round(1).tolist()
-    [2004.0, 2496.8, 6603.3]
+    They are whether the rule is fitted to a point, its time, its limit and the window that 30 Hz need. `supplies` holds
+    the air of each of n points, and points of equal air share a rule; `windows` (n,) are crank angles from opening to
+    closing [rad], `limits` (n,) highest speeds [rad/s], NaN where there is none. The rule is fitted only to points of
+    `by_full_lift` (n,), where the valve fails to lift fully above the limit.
     """
     fitted = by_full_lift & (windows <= MAX_WINDOW) & ~np.isnan(limits)
     alike = np.array([[one == other for other in supplies] for one in supplies])

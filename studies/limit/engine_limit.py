@@ -76,27 +76,10 @@ class EngineLimit(NamedTuple):
 
 
 def failure_of(timing: Timing) -> Failure:
-    """Judge which part of the criterion a timing does not meet.
+    """Judge which part of the criterion a timing, corrected commands or the reason why there are none, does not meet.
 
-    Parameters
-    ----------
-    timing : apesim.studies.timing.solve.Timing
-        Corrected commands, or the reason why there are none.
-
-    Returns
-    -------
-    Failure
-        REPETITION where the cycles do not repeat; else the first of TIMING, FULL_LIFT and FULL_CLOSURE that is not
-        met; NONE where all are.
-
-    Examples
-    --------
-    >>> angles = {"full_open_deg": 12.5, "closed_deg": nan}
-    >>> timing = Timing(Machine(), None, angles, 0.7, 1.1, 0.0, 0.0, Reason.REACHED, 6)
-    >>> failure_of(timing).name  # the piston opens fully, and never meets the closed stop
-    'FULL_CLOSURE'
-    >>> failure_of(timing._replace(reason=Reason.OPEN_TOO_SHORT)).name
-    'TIMING'
+    REPETITION where the cycles do not repeat; else the first of TIMING, FULL_LIFT and FULL_CLOSURE that is not met;
+    NONE where all are.
     """
     if timing.reason == Reason.NOT_PERIODIC:
         return Failure.REPETITION
@@ -123,39 +106,15 @@ def judged(
     before: Sequence[tuple[float, Timing]] = (),
     periodic_tolerance: float = PERIODIC_TOLERANCE,
 ) -> tuple[Failure, Timing, int]:
-    """Judge whether any commands meet the criterion at a speed.
+    """Judge whether any commands meet the criterion at a speed [rad/s].
 
     Where the targets themselves cannot be met, angles at the ends of the tolerance may be: the valve is open for the
     longest time, which full lift needs, if it opens 0.5 deg early and closes 0.5 deg late; full closure needs the
-    reverse.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine with an electro-pneumatic intake and its targets.
-    speed : float
-        Speed of the crankshaft [rad/s].
-    before : sequence of (float, Timing)
-        Other speeds [rad/s] with their timings, see `apesim.studies.timing.solve.start_after`.
-    periodic_tolerance : float
-        Change over a cycle that counts as periodic, see `apesim.studies.timing.solve.corrected`.
-
-    Returns
-    -------
-    failure : Failure
-        NONE where commands meet the criterion; else what fails at the targets themselves.
-    timing : Timing
-        Timing that meets the criterion; else the one for the targets themselves.
-    marches : int
-        Number of periodic states that were computed.
-
-    Examples
-    --------
-    >>> failure, timing, marches = judged(Machine(), 900.0 * RPM)
-    >>> failure.name, round(timing.machine.command.energise / DEGREE, 1)
-    ('NONE', -41.2)
-    >>> judged(Machine(), 6000.0 * RPM)[0].name
-    'FULL_LIFT'
+    reverse. Returned are NONE and the timing that meets the criterion, else what fails at the targets themselves and
+    the timing for these; and the number of periodic states that were computed. `machine` has an electro-pneumatic
+    intake and its targets, `before` holds other speeds [rad/s] with their timings, see
+    `apesim.studies.timing.solve.start_after`, and `periodic_tolerance` is the change over a cycle that counts as
+    periodic.
     """
     timing = corrected(machine, speed, start_after(machine, speed, before), periodic_tolerance)
     failure, marches = failure_of(timing), timing.marches
@@ -177,14 +136,9 @@ def judged(
 class _Judge:
     """Judge of speeds: it keeps its judgement on each, by sketches of periodic states or by full ones.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine with an electro-pneumatic intake and its targets.
-    periodic_tolerance : float
-        Change over a cycle that counts as periodic, see `apesim.studies.timing.solve.corrected`.
-    before : sequence of (float, Timing)
-        Speeds [rad/s] with their timings to start from, see `apesim.studies.timing.solve.start_after`.
+    `machine` has an electro-pneumatic intake and its targets, `before` holds speeds [rad/s] with their timings to start
+    from, see `apesim.studies.timing.solve.start_after`, and `periodic_tolerance` is the change over a cycle that counts
+    as periodic.
     """
 
     def __init__(
@@ -208,33 +162,10 @@ class _Judge:
 def engine_limit(machine: Machine, resolution: float = RESOLUTION) -> EngineLimit:
     """Find the highest speed that meets the criterion: scan upwards in steps of a quarter, then bisect.
 
-    Sketches of the periodic state lead near the limit, full periodic states decide. Where these contradict the
-    sketches, the scan is repeated with full ones.
-
-    Where the limit lies between two speeds it is bisected [1]_.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Machine with an electro-pneumatic intake and its targets.
-    resolution : float
-        Largest distance of the limit from a speed that fails [rad/s].
-
-    Returns
-    -------
-    EngineLimit
-        Limit, what fails above it, and the commands at it.
-
-    References
-    ----------
-    .. [1] W. H. Press, S. A. Teukolsky, W. T. Vetterling and B. P. Flannery, "Numerical Recipes", 3rd ed., Cambridge
-       University Press, 2007, section 9.1.
-
-    Examples
-    --------
-    >>> limit = engine_limit(Machine(), 10.0 * RPM)
-    >>> round(float(limit.limit / RPM), -2), limit.fails.name
-    (1200.0, 'FULL_LIFT')
+    Sketches of the periodic state lead near the limit, full periodic states decide; where these contradict the
+    sketches, the scan is repeated with full ones. `machine` has an electro-pneumatic intake and its targets; the limit
+    is bisected (Press et al. 2007, "Numerical Recipes", 3rd ed., section 9.1) until a speed that fails is at most
+    `resolution` [rad/s] away.
     """
     sketch = _Judge(machine, SKETCH)
     good, bad, again = _scanned(sketch)
@@ -277,25 +208,7 @@ def _bisected(judge: _Judge, good: float, bad: float, resolution: float) -> tupl
 
 
 def lasting(machine: Machine, duration: float) -> Machine:
-    """Set the closing target of a machine a duration after its opening target.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    duration : float
-        Crank angle from opening to closing [rad].
-
-    Returns
-    -------
-    Machine
-        Machine with this closing target.
-
-    Examples
-    --------
-    >>> machine = lasting(Machine(), 60.0 * DEGREE)
-    >>> [round(angle / DEGREE, 6) for angle in (machine.command.open_target, machine.command.close_target)]
-    [-5.0, 55.0]
-    """
+    """Set the closing target of a machine a duration after its opening target, both crank angles [rad]."""
     command = machine.command
     return machine._replace(command=command._replace(close_target=command.open_target + duration))
 
@@ -310,32 +223,10 @@ def map_engine_limit(
 ) -> Archive:
     """Map limits of the engine over pressure, temperature and duration of the window, and at the machine's own.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with an electro-pneumatic intake.
-    supplies : Supplies
-        Supplies of the grid, of that machine.
-    durations : sequence of float
-        Crank angles from the target opening to the target closing [rad].
-    jobs : int, optional
-        Number of processes; as many as the work is worth if left out.
-    command : str
-        The command line, which the archive keeps.
-    report : function, optional
-        Called with the number of limits that are done and the number of all.
-
-    Returns
-    -------
-    Archive
-        A run for each point. The machine's own point comes last where the grid does not hold it.
-
-    Examples
-    --------
-    >>> supplies = Supplies([1.101325e6], [287.0], Machine())
-    >>> archive = map_engine_limit(Machine(), supplies, [75.0 * DEGREE], jobs=1)
-    >>> archive.variables["limit_rpm"].values.round(-2), archive.variables["fails"].values
-    (array([1200.]), array([2], dtype=int8))
+    A run for each point; the machine's own point comes last where the grid does not hold it. `machine` has an
+    electro-pneumatic intake, `supplies` are of that machine, `durations` are crank angles from the target opening to
+    the target closing [rad]. `jobs` are processes, None: as many as the work is worth; `command` is the command line,
+    which the archive keeps; `report` is called with the number of limits that are done and the number of all.
     """
     asked = product(supplies.pressures, supplies.temperatures, durations)
     machines = [lasting(supplies.machine_at(pressure, temperature), window) for pressure, temperature, window in asked]
@@ -375,31 +266,12 @@ def limit_columns(
     limits: Sequence[EngineLimit],
     pressure_axis: str = PRESSURE_AXES[0],
 ) -> dict[str, Variable]:
-    """Make the columns of the archive of a map of limits.
+    """Make the columns of the archive of a map of limits: conditions, limits, design rule and command angles.
 
-    Parameters
-    ----------
-    grid : sequence of (float, float, float, float)
-        Pressure of the supply [Pa abs], its temperature [K], duration from the target opening to the target closing
-        [rad], and pressure of the control air [Pa abs], for each point.
-    kinds : sequence of Point
-        Origin of each point.
-    limits : sequence of EngineLimit
-        Limit at each point.
-    pressure_axis : str
-        Pressure that is an axis of the grid, one of `apesim.studies.operating_conditions.PRESSURE_AXES`.
-
-    Returns
-    -------
-    dict of str to Variable
-        Conditions, limits, design rule and command angles over the runs; NaN where a limit has no commands.
-
-    Examples
-    --------
-    >>> limits = [EngineLimit(2000.0 * RPM, Failure.FULL_LIFT, nan, None, 102)]
-    >>> columns = limit_columns([(1.1e6, 287.0, 75.0 * DEGREE, 1.1e6)], [Point.GRID_AND_OWN], limits)
-    >>> columns["limit_rpm"].values.round(6).tolist(), columns["limit_hz"].unit
-    ([2000.0], 'Hz')
+    A point of `grid` is the pressure of the supply [Pa abs], its temperature [K], the duration from the target opening
+    to the target closing [rad] and the pressure of the control air [Pa abs]. `pressure_axis` is the pressure that is an
+    axis of the grid, one of `apesim.studies.operating_conditions.PRESSURE_AXES`. Commands are NaN where a limit has
+    none.
     """
 
     def at_limit(value: Callable[[Timing], float], unit: str, description: str) -> Variable:

@@ -25,27 +25,9 @@ POINTS = (
 
 
 def with_own(grid: Sequence[tuple[Any, ...]], own: tuple[Any, ...]) -> tuple[list[Any], list[Point]]:
-    """Add a machine's own point to a grid that does not hold it.
+    """Add a machine's own point, as the last, to a grid that does not hold it; gives the origin of each point, too.
 
-    Parameters
-    ----------
-    grid : sequence of tuple of float
-        Coordinates of the points, in any units.
-    own : tuple of float
-        Coordinates of the machine's own point; a point that agrees within 1e-9 of each counts as the same.
-
-    Returns
-    -------
-    points : list of tuple of float
-        Points of the grid, with the machine's own as the last where it was added.
-    kinds : list of Point
-        Origin of each point.
-
-    Examples
-    --------
-    >>> points, kinds = with_own([(1.0, 2.0)], (1.0, 3.0))
-    >>> points, [kind.name for kind in kinds]
-    ([(1.0, 2.0), (1.0, 3.0)], ['GRID', 'OWN'])
+    A point of the grid that agrees within 1e-9 of each coordinate counts as the machine's own.
     """
     kinds = [Point.GRID_AND_OWN if np.allclose(point, own, rtol=1e-9, atol=0.0) else Point.GRID for point in grid]
     if Point.GRID_AND_OWN in kinds:
@@ -54,62 +36,20 @@ def with_own(grid: Sequence[tuple[Any, ...]], own: tuple[Any, ...]) -> tuple[lis
 
 
 def point_column(kinds: Sequence[Point]) -> Variable:
-    """Make the column of an archive that says where each point comes from.
-
-    Parameters
-    ----------
-    kinds : sequence of Point
-        Origin of each point.
-
-    Returns
-    -------
-    Variable
-        Codes of `Point`, over the runs.
-
-    Examples
-    --------
-    >>> point_column([Point.GRID, Point.OWN]).values.tolist()
-    [0, 2]
-    """
+    """Make the column of an archive that says where each point comes from, by the codes of `Point`."""
     return column(kinds, "1", "where the point comes from", POINTS)
 
 
 def own_run(v: Mapping[str, np.ndarray]) -> int:
-    """Find the machine's own point in a map of limits.
-
-    Parameters
-    ----------
-    v : mapping of str to array
-        Columns of the map, by name.
-
-    Returns
-    -------
-    int
-        Place of the point in the columns, from 0.
-
-    Examples
-    --------
-    >>> own_run({"point": np.array([Point.GRID, Point.GRID, Point.OWN])})
-    2
-    """
+    """Find the machine's own point in a map of limits: its place in the columns `v`, from 0."""
     return int(np.flatnonzero(v["point"] != Point.GRID)[0])
 
 
 def lowest_run(v: Mapping[str, np.ndarray]) -> int | None:
-    """Find the point of the grid with the lowest limit in a map of limits.
+    """Find the point of the grid with the lowest limit in a map of limits: its place in the columns `v`, from 0.
 
-    Parameters
-    ----------
-    v : mapping of str to array
-        Columns of the map, by name.
+    None where any point of the grid has no limit; the machine's own point beside the grid does not count.
 
-    Returns
-    -------
-    int or None
-        Place of the point in the columns, from 0; None where any point of the grid has no limit.
-
-    Examples
-    --------
     >>> points = np.array([Point.GRID, Point.GRID_AND_OWN, Point.OWN])
     >>> lowest_run({"point": points, "limit_rpm": np.array([2400.0, 1900.0, 1500.0])})
     1

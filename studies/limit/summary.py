@@ -15,21 +15,10 @@ OVER_ALL = "over all pressures and temperatures"
 def summary_json(v: Mapping[str, np.ndarray], window: str) -> dict[str, Any]:
     """Summarise a map of limits for JSON.
 
-    Parameters
-    ----------
-    v : mapping of str to (n,) array
-        Columns of the map, by name.
-    window : str
-        Name of the column that distinguishes points of equal air: "duration_deg" of the engine, "duty" of the valve.
+    It holds the limit at the machine's own point and the lowest of the grid, each with its place, the design rule and
+    the paper's speeds; the lowest is None where a point of the grid has no limit. `v` holds the map's columns (n,) by
+    name; `window` is the one that distinguishes points of equal air: "duration_deg" of the engine, "duty" of the valve.
 
-    Returns
-    -------
-    dict
-        Limit at the machine's own point and the lowest of the grid, each with its place; the design rule, and the
-        paper's speeds. The lowest is None where a point of the grid has no limit.
-
-    Examples
-    --------
     >>> from apesim.studies.limit.design_rule import rule_columns
     >>> windows, limits, by_full_lift = np.radians([60.0, 75.0]), np.array([188.0, 233.0]), np.array([True, True])
     >>> rule = rule_columns(["air", "air"], windows, limits, by_full_lift)
@@ -110,34 +99,10 @@ def _windows_of(v: Mapping[str, np.ndarray]) -> np.ndarray:
 
 
 def summary_lines(summary: Mapping[str, Any], criterion: str, conditions: Mapping[str, str]) -> list[str]:
-    r"""Write the summary of a map of limits in words.
+    r"""Write the summary of a map of limits, see `summary_json`, in words.
 
-    Parameters
-    ----------
-    summary : mapping
-        Summary of the map, see `summary_json`.
-    criterion : str
-        What a speed or rate has to meet.
-    conditions : mapping of str to str
-        Conditions of the machine's own limit, by "own", and of the lowest, by "lowest".
-
-    Returns
-    -------
-    list of str
-        Lines on both limits, the criterion, the design rule and the paper's speeds.
-
-    Examples
-    --------
-    >>> rule = {"formula": "limit = window/(6 t)", "lap_to_lap_s": 5e-3, "lap_to_lap_s_range": [5e-3, 6e-3]}
-    >>> rule |= {"fitted_windows_deg": [60.0, 75.0], "largest_misfit": 0.001}
-    >>> paper = {"reached_at_grid_points": {"as printed": 1}, "reached_at_own_point": {"as printed": True}}
-    >>> paper |= {"grid_points": 2, "window_for_30_hz_deg_range": [53.0, 64.0], "window_for_30_hz_deg": 53.0}
-    >>> summary = {"limit_rpm": 2225.0, "limit_hz": 37.1, "min_limit_rpm": None, "design_rule": rule, "paper": paper}
-    >>> lines = summary_lines(summary, "every stroke is complete", {"own": "1 MPa gauge"})
-    >>> lines[0]
-    "limit: 2225 r/min (37.1 Hz) at the machine's own 1 MPa gauge"
-    >>> lines[-1]
-    "30 Hz need a window of 53 deg at the machine's own air, 53 to 64 deg over all pressures and temperatures"
+    The lines are on both limits, the criterion, the design rule and the paper's speeds. `criterion` says what a speed
+    or rate has to meet; `conditions` are those of the machine's own limit, by "own", and of the lowest, by "lowest".
     """
     lines = [
         f"limit: {_speed_text(summary['limit_rpm'], summary['limit_hz'])} at the machine's own {conditions['own']}"

@@ -127,29 +127,10 @@ def drive_valve(
     """Drive the valve on its bench at a rate until its strokes are seen to be complete for ever, or not to be.
 
     Complete strokes forget what went before: the piston stands at each stop in each cycle, and the state repeats after
-    some ten cycles. Strokes that fall short do not, and the piston may wander between its stops for ever. So no search
-    goes on for a period once a stroke falls short in cycles that had time to settle.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    rate : float
-        Strokes to open a second [Hz].
-    duty : float
-        Share of the period for which the solenoids are energised.
-    start : tuple of array, optional
-        State and modes of the bench to start from; at rest if left out.
-
-    Returns
-    -------
-    Strokes
-        Whether they are complete, and the state that the valve came to.
-
-    Examples
-    --------
-    >>> strokes = drive_valve(Machine(), 20.0, duty=0.5)
-    >>> strokes.are_complete, drive_valve(Machine(), 21.0, 0.5, strokes.state).are_complete
-    (True, True)
+    some ten cycles. Strokes that fall short do not, and the piston may wander between its stops for ever, so no search
+    goes on for a period once a stroke falls short in cycles that had time to settle. `rate` is strokes to open a second
+    [Hz], `duty` the share of the period for which the solenoids are energised; the bench begins with the state and
+    modes `start`, None: at rest.
     """
     drive = _Drive(machine, rate, duty, start)
     settling, cycles, no_log = SETTLING, 0, np.empty((0, LOG_HEAD + STATES))
@@ -176,23 +157,8 @@ def drive_valve(
 def is_complete(machine: Machine, rate: float, duty: float) -> bool:
     """Judge whether every stroke of the valve is complete at a rate, in its periodic state on the bench.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    rate : float
-        Strokes to open a second [Hz].
-    duty : float
-        Share of the period for which the solenoids are energised.
-
-    Returns
-    -------
-    bool
-        False, too, where the march failed or the cycles do not repeat one by one.
-
-    Examples
-    --------
-    >>> [is_complete(Machine(), rate, duty=0.5) for rate in (20.0, 100.0)]
-    [True, False]
+    False, too, where the march failed or the cycles do not repeat one by one. `rate` is strokes to open a second [Hz],
+    `duty` the share of the period for which the solenoids are energised.
     """
     return drive_valve(machine, rate, duty).are_complete
 
@@ -200,32 +166,11 @@ def is_complete(machine: Machine, rate: float, duty: float) -> bool:
 def working_limit(machine: Machine, duty: float = 0.5, resolution: float = RESOLUTION) -> Limit:
     """Find the highest rate to which the valve can be brought from below with complete strokes.
 
-    The rate rises in steps of a quarter; where the limit lies between two rates it is bisected [1]_, and then
-    approached in steps of the resolution. Each rate starts from the periodic state of the highest complete one below.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    duty : float
-        Share of the period for which the solenoids are energised.
-    resolution : float
-        Largest distance of the limit from a rate that is not complete [Hz].
-
-    Returns
-    -------
-    Limit
-        Highest rate [Hz], and the time for which the lift is above the lap at it [s].
-
-    References
-    ----------
-    .. [1] W. H. Press, S. A. Teukolsky, W. T. Vetterling and B. P. Flannery, "Numerical Recipes", 3rd ed., Cambridge
-       University Press, 2007, section 9.1.
-
-    Examples
-    --------
-    >>> limit = working_limit(Machine(), duty=0.5, resolution=1.0)
-    >>> round(float(limit.limit), -1), round(limit.open_time, 3)  # [Hz], [s]
-    (70.0, 0.011)
+    The rate [Hz] rises in steps of a quarter; where the limit lies between two rates it is bisected (Press et al. 2007,
+    "Numerical Recipes", 3rd ed., section 9.1), and then approached in steps of `resolution` [Hz], so that a rate that
+    is not complete is at most that far away. Each rate starts from the periodic state of the highest complete one
+    below. `duty` is the share of the period for which the solenoids are energised; the result also holds the time for
+    which the lift is above the lap at the limit [s].
     """
     rates = LOWEST * STEP_UP ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(STEP_UP)) + 1)
     marches, good, bad, again = 0, nan, nan, nan
@@ -285,35 +230,11 @@ def limit_map(
 ) -> Archive:
     """Map working limits of the valve over pressure, temperature and duty, and at the machine's own.
 
-    The machine's own duty is the share of a turn that lies between its command angles.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    pressures : sequence of float
-        Pressures of the control air [Pa abs].
-    temperatures : sequence of float
-        Temperatures of the control air [K].
-    duties : sequence of float
-        Shares of the period for which the solenoids are energised.
-    command : str
-        The command line, which the archive keeps.
-    report : function, optional
-        Called with the number of points that are done and the number of all.
-    jobs : int, optional
-        Number of processes; as many as the work is worth if left out. It does not change the results.
-
-    Returns
-    -------
-    Archive
-        A run for each point. The machine's own point comes last where the grid does not hold it.
-
-    Examples
-    --------
-    >>> machine = Machine().with_(supply_pressure="0 MPa gauge")
-    >>> archive = limit_map(machine, [machine.supply.pressure], [machine.supply.temperature], [0.2], jobs=1)
-    >>> archive.variables["limit_hz"].values  # without pressure, at the duty asked for and at the machine's own
-    array([nan, nan])
+    A run for each point; the machine's own comes last where the grid does not hold it, its duty the share of a turn
+    that lies between its command angles. `pressures` [Pa abs] and `temperatures` [K] are of the control air, `duties`
+    shares of the period for which the solenoids are energised. `command` is the command line, which the archive keeps;
+    `report` is called with the number of points that are done and the number of all; `jobs` are processes, None: as
+    many as the work is worth, and do not change the results.
     """
     own = *machine.supply.control(), (machine.command.release - machine.command.energise) / TURN
     grid, kinds = with_own(list(product(pressures, temperatures, duties)), own)
@@ -358,25 +279,7 @@ def limit_map(
 
 
 def faults_of_limits(archive: Archive) -> list[str]:
-    """Write one line for each point without a working limit.
-
-    Parameters
-    ----------
-    archive : Archive
-        Archive of `limit_map`.
-
-    Returns
-    -------
-    list of str
-        Each line names the point and says why, or what to do.
-
-    Examples
-    --------
-    >>> outcomes = column([FOUND, NONE], "1", "what the search came to", OUTCOMES)
-    >>> archive = Archive("", {}, supply_columns([(0.9e6, 287.0), (0.1e6, 287.0)]) | {"outcome": outcomes})
-    >>> faults_of_limits(archive)
-    ['run 1 (0.1 MPa abs, 287 K): not even 1 Hz is complete: the supply cannot move the piston']
-    """
+    """Write one line for each point of `limit_map` without a working limit: the point and why, or what to do."""
     reasons = {
         NONE: f"not even {LOWEST:g} Hz is complete: the supply cannot move the piston",
         DIED: "its worker process died; try --jobs 1",

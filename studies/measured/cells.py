@@ -39,16 +39,6 @@ DAY = 86400.0
 def is_missing(cell: str) -> bool:
     """Tell whether a cell says that there is no number.
 
-    Parameters
-    ----------
-    cell : str
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
     >>> is_missing("NaN"), is_missing("#N/A"), is_missing(""), is_missing("0")
     (True, True, True, False)
     """
@@ -58,16 +48,6 @@ def is_missing(cell: str) -> bool:
 def is_over_range(cell: str) -> bool:
     """Tell whether a cell says that a number is beyond the range of the instrument.
 
-    Parameters
-    ----------
-    cell : str
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
     >>> is_over_range("-1.#INF"), is_over_range("OVER"), is_over_range("9.9"), is_over_range("none")
     (True, True, False, False)
     """
@@ -77,16 +57,6 @@ def is_over_range(cell: str) -> bool:
 def is_clock(cell: str) -> bool:
     """Tell whether a cell is a clock time, be it without seconds.
 
-    Parameters
-    ----------
-    cell : str
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
     >>> [is_clock(cell) for cell in ("2026-03-01 12:00:00.123", "12:00:00,123", "00:01.5", "12:00")]
     [True, True, True, True]
     """
@@ -96,16 +66,6 @@ def is_clock(cell: str) -> bool:
 def is_word(cell: str) -> bool:
     """Tell whether a cell is known not to be several numbers: missing, over range, a date, a clock time or no digit.
 
-    Parameters
-    ----------
-    cell : str
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
     >>> [is_word(cell) for cell in ("OVER", "1.#INF", "12:00:00", "2026-03-01", "valve opened", "0.5;1")]
     [True, True, True, True, True, False]
     """
@@ -122,25 +82,10 @@ class Clock:
         self.last, self.nights = 0.0, 0
 
     def read(self, cell: str) -> float:
-        """Read a clock time.
+        """Read a clock time, see `is_clock`, in seconds since the midnight before the first one read [s].
 
-        Parameters
-        ----------
-        cell : str
-            See `is_clock`.
+        Raises InvalidValue where there is no such day or time, or the order of its day and month would count.
 
-        Returns
-        -------
-        float
-            [s]
-
-        Raises
-        ------
-        InvalidValue
-            There is no such day or time, or the order of its day and month would count.
-
-        Examples
-        --------
         >>> clock = Clock()
         >>> clock.read("2026-03-01 23:59:59.5"), clock.read("2026-03-02 00:00:00.5")
         (86399.5, 86400.5)
@@ -179,22 +124,7 @@ class Clock:
 
 
 def split_stated(words: Iterable[str]) -> tuple[frozenset[str], frozenset[float]]:
-    """Split the words that a user states to be missing into texts, in small letters, and numbers.
-
-    Parameters
-    ----------
-    words : iterable of str
-
-    Returns
-    -------
-    texts : frozenset of str
-    numbers : frozenset of float
-
-    Examples
-    --------
-    >>> split_stated(["n.v.", "-9999"])
-    (frozenset({'n.v.'}), frozenset({-9999.0}))
-    """
+    """Split the words that a user states to be missing into texts, in small letters, and numbers."""
     texts, numbers = set(), set()
     for word in words:
         try:

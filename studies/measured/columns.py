@@ -67,30 +67,12 @@ def read_columns(
 ) -> Columns:
     r"""Read the declared columns of a file; others are ignored.
 
-    Parameters
-    ----------
-    path : path
-        File with a table of numbers.
-    declared : mapping of str to str
-        The unit of each column by name, in any of its dimension; that of a pressure ends in `` abs``, and the file
-        says whether it is abs or gauge.
-    due : sequence of str
-        Names that must be there; the first of them has to rise. Of others, one without any number is as if it were not
-        there. A row without a number in the first is left out.
-    ambient_pressure : float
-        Pressure that gauge pressures stand above [Pa abs].
-    right : str
-        What is said to be right where the file is no table at all, or its first line no header; that line is not shown
-        then, as the file may be any other.
-    dialect : Dialect
-        Way in which the file is written; that of apesim's own files if left out.
+    `declared` has the unit of each column by name, in any of its dimension; that of a pressure ends in `` abs``, and
+    the file says whether it is abs or gauge, which stands above `ambient_pressure` [Pa abs]. Names in `due` must be
+    there: the first has to rise, and a row without a number in it is left out. Of others, one without any number is as
+    if it were not there. `right` is what is said to be right where the file is no table at all, or its first line no
+    header; that line is not shown then, as the file may be any other.
 
-    Returns
-    -------
-    Columns
-
-    Examples
-    --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "p040.csv")

@@ -37,27 +37,9 @@ SIGNALS = "V", "A", ""
 
 
 def read_measure(raw: Any) -> Measure:
-    """Read a number with a unit of any dimension.
+    """Read a number with a unit of any dimension, ``gauge`` or ``abs`` behind it or not; or one without a unit.
 
-    Parameters
-    ----------
-    raw : str, float or int
-        Text with its unit, and ``gauge`` or ``abs`` behind it or not; or a number without a unit.
-
-    Returns
-    -------
-    Measure
-
-    Raises
-    ------
-    InvalidValue
-        It is no finite number, or has no known unit.
-
-    Examples
-    --------
-    >>> scale, offset = read_measure("2.5 bar/V"), read_measure("-1.25 bar gauge")
-    >>> float(scale.number), scale.unit, float(offset.number), offset.unit, offset.kind
-    (2.5, 'bar/V', -1.25, 'bar', 'gauge')
+    Raises InvalidValue where it is no finite number, or has no known unit.
     """
     if isinstance(raw, bool) or not isinstance(raw, str | int | float):
         raise InvalidValue(f"{quoted(raw)} is no number with a unit")
@@ -71,21 +53,7 @@ def read_measure(raw: Any) -> Measure:
 
 
 def is_measure(text: str) -> bool:
-    """Tell whether a text is a number with a unit.
-
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> is_measure("0.2 ms"), is_measure("ms")
-    (True, False)
-    """
+    """Tell whether a text is a number with a unit, as "0.2 ms" is."""
     try:
         return bool(read_measure(text).unit)
     except InvalidValue:
@@ -93,21 +61,8 @@ def is_measure(text: str) -> bool:
 
 
 def split_kind(text: str) -> tuple[str, str]:
-    """Split the unit of a pressure into unit and ``gauge`` or ``abs``.
+    """Split the unit of a pressure into unit and ``gauge`` or ``abs``, one of `KINDS`; "" where neither is said.
 
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    name : str
-        Unit.
-    kind : str
-        One of `KINDS`; "" where there is none.
-
-    Examples
-    --------
     >>> split_kind("kPa abs"), split_kind("mm"), split_kind("psig"), split_kind("bar(a)")
     (('kPa', 'abs'), ('mm', ''), ('psi', 'gauge'), ('bar', 'abs'))
     """
@@ -131,24 +86,11 @@ def _is_pressure(text: str) -> bool:
 
 
 def suggest_unit(given: str | None, expected: str, scale: Measure | None = None) -> str:
-    """Suggest the unit that a column has, where what is given is none of it.
+    """Suggest the unit that a column has, where what is given is none of it: the nearest right one.
 
-    Parameters
-    ----------
-    given : str or None
-        What its header says; None: nothing.
-    expected : str
-        Unit of its dimension; that of a pressure ends in `` abs``.
-    scale : Measure, optional
-        What its numbers are multiplied with.
+    `given` is what its header says, None: nothing. `expected` is the unit of its dimension, that of a pressure ends in
+    `` abs``; with `scale`, what its numbers are multiplied with, the unit is that of the numbers before it.
 
-    Returns
-    -------
-    str
-        Nearest right unit; with a scale that of the numbers before it.
-
-    Examples
-    --------
     >>> suggest_unit("Grad", "deg"), suggest_unit("PSIG", "kPa abs"), suggest_unit("furlong", "mm")
     ('deg', 'psi gauge', 'mm')
     >>> suggest_unit(None, "mm", read_measure("2 mm/V")), suggest_unit(None, "ms", read_measure("0.2 ms"))
@@ -191,40 +133,14 @@ def convert(
     scale: Measure | None = None,
     offset: Measure | None = None,
 ) -> np.ndarray:
-    """Convert a column to SI.
+    """Convert a column (n,), of our `name`, to SI; pressures become absolute.
 
-    Parameters
-    ----------
-    name : str
-        Our name of it.
-    given : str
-        Unit of its numbers.
-    numbers : (n,) float array
-        Numbers of the file.
-    expected : str
-        Unit of its dimension; that of a pressure ends in `` abs``.
-    ambient_pressure : float
-        Pressure that gauge pressures stand above [Pa abs].
-    right : str
-        What is said to be right where the unit is wrong.
-    scale : Measure, optional
-        What the numbers are multiplied with.
-    offset : Measure, optional
-        What is added then. Where the scale makes volts to a pressure, it is the pressure at 0 V, and says gauge or abs;
-        where the unit of the file is one of pressure already, it is a difference.
+    Its numbers have the unit `given`; `expected` is that of the dimension, for a pressure with `` abs`` at its end, and
+    gauge pressures stand above `ambient_pressure` [Pa abs]. Numbers are multiplied with `scale`, then `offset` is
+    added: where the scale makes volts to a pressure, it is the pressure at 0 V, and says gauge or abs; where the unit
+    of the file is one of pressure already, it is a difference. Raises InvalidValue, which names `right` as the right
+    form, where a unit is not known or not of the dimension, gauge or abs is not said, or a value is too large.
 
-    Returns
-    -------
-    (n,) float array
-        SI values; pressures are absolute.
-
-    Raises
-    ------
-    InvalidValue
-        A unit is not known or not of the dimension, gauge or abs is not said, or a value is too large.
-
-    Examples
-    --------
     A transducer that gives 0.5 to 4.5 V for 0 to 10 bar:
 
     >>> scale, offset = read_measure("2.5 bar/V"), read_measure("-1.25 bar gauge")

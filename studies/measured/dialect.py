@@ -140,19 +140,9 @@ PLAIN = Dialect(separator=",", encoding="utf-8", marks=Marks(".", ""))
 def merge_tables(folder: Mapping[str, Any], run: Mapping[str, Any]) -> dict[str, Any]:
     """Put the ``[read]`` of a run over that of its folder.
 
-    Parameters
-    ----------
-    folder, run : mapping of str to object
-        Contents of the two tables.
+    A key of the run replaces the folder's, and a sample rate an interval; of tables in it, an entry of the run replaces
+    the folder's.
 
-    Returns
-    -------
-    dict
-        A key of the run replaces the folder's, and a sample rate an interval; of tables in it, an entry of the run
-        replaces the folder's.
-
-    Examples
-    --------
     >>> merge_tables({"decimal": ",", "unit": {"time": "ms"}}, {"decimal": ".", "unit": {"lift": "mm"}})
     {'decimal': '.', 'unit': {'time': 'ms', 'lift': 'mm'}}
     """
@@ -171,26 +161,9 @@ def merge_tables(folder: Mapping[str, Any], run: Mapping[str, Any]) -> dict[str,
 
 
 def find_unknown_keys(file: str, section: str, given: Collection[str], valid: Collection[str]) -> Iterator[Fault]:
-    """Find the keys of a table that nobody knows.
+    """Find the keys of a table that nobody knows; each fault names the nearest right one.
 
-    Parameters
-    ----------
-    file : str
-        File that the table stands in.
-    section : str
-        Name of the table; "": the top of the file.
-    given, valid : collection of str
-        Keys that are there, and keys that may be there.
-
-    Yields
-    ------
-    Fault
-        An unknown key, with the nearest right one.
-
-    Examples
-    --------
-    >>> print(*find_unknown_keys("measured.toml", "read", ["separater"], KEYS))
-    measured.toml: read.separater: unknown key; did you mean separator?
+    `section` is the name of the table in the file, "": the top of the file.
     """
 
     def fault_of(key: str) -> Fault:
@@ -204,34 +177,10 @@ def find_unknown_keys(file: str, section: str, given: Collection[str], valid: Co
 def read_dialect(
     file: str, section: str, table: Mapping[str, Any], names: Collection[str], *, is_timed: bool
 ) -> tuple[Dialect, list[Fault]]:
-    r"""Read a table ``[read]``.
+    r"""Read a table ``[read]``; the dialect comes without what is wrong, which is in the faults.
 
-    Parameters
-    ----------
-    file : str
-        File that it stands in.
-    section : str
-        Name of the table there.
-    table : mapping of str to object
-        Its contents.
-    names : collection of str
-        Names of the columns that are known here.
-    is_timed : bool
-        Whether the traces stand over time, so that there is a ``start``.
-
-    Returns
-    -------
-    dialect : Dialect
-        Without what is wrong.
-    faults : list of Fault
-        Faults, empty where there are none.
-
-    Examples
-    --------
-    >>> table = {"separator": "tab", "columns": {"lift": "Ch1"}, "unit": {"lift": "mm"}}
-    >>> dialect, faults = read_dialect("measured.toml", "read", table, ("time", "lift"), is_timed=True)
-    >>> dialect.separator, dialect.columns, dialect.start, faults
-    ('\t', {'lift': 'Ch1'}, None, [])
+    `section` is the table's name in the file, `names` are those of the columns that are known here; `is_timed`: the
+    traces stand over time, so that there is a ``start``.
     """
     reading = _Reading(file, section, table, names)
     faults = reading.faults

@@ -16,30 +16,7 @@ READ = "read"
 
 
 def load_folder_file(path: Path) -> dict[str, Any]:
-    """Load the file of a folder.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-
-    Returns
-    -------
-    dict
-        Its contents.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or is no TOML.
-
-    Examples
-    --------
-    >>> try:
-    ...     load_folder_file(Path("no_folder", "measured.toml"))
-    ... except InputError as error:
-    ...     print(str(error).partition("; ")[2])
-    give a folder with measured.toml and the CSV files that it names
-    """
+    """Load the file of a folder; raises InputError where it cannot be read, or is no TOML."""
     try:
         text = text_of(path_below(path.parent, path.name))
     except InvalidValue as wrong:
@@ -49,26 +26,10 @@ def load_folder_file(path: Path) -> dict[str, Any]:
 
 
 def take_read_table(file: str, section: str, data: Mapping[str, Any], all_faults: list[Fault]) -> dict[str, Any]:
-    """Take the table ``[read]`` of a folder or a run.
+    """Take the table ``[read]`` of a folder or a run; empty where there is none.
 
-    Parameters
-    ----------
-    file, section : str
-        File, and name of the table there.
-    data : mapping of str to object
-        Contents of the folder's file, or of a run.
-    all_faults : list of Fault
-        Gets a fault where it is no table.
-
-    Returns
-    -------
-    dict
-        Empty where there is none.
-
-    Examples
-    --------
-    >>> take_read_table("measured.toml", "read", {"read": {"decimal": ","}}, [])
-    {'decimal': ','}
+    `section` is the table's name in the file, `data` the contents of the folder's file, or of a run; `all_faults` gets
+    a fault where it is no table.
     """
     table = data.get(READ, {})
     if isinstance(table, dict):
@@ -82,30 +43,10 @@ def take_read_table(file: str, section: str, data: Mapping[str, Any], all_faults
 def read_stated_dialect(
     file: str, section: str, table: Mapping[str, Any], names: Collection[str], *, is_timed: bool
 ) -> tuple[Dialect | None, list[Fault]]:
-    """Read the dialect that a table ``[read]`` states.
+    """Read the dialect that a table ``[read]`` states; None: the table is wrong.
 
-    Parameters
-    ----------
-    file, section : str
-        File, and name of the table there.
-    table : mapping of str to object
-        Its contents; empty where there is none, so that all is guessed.
-    names : collection of str
-        Names of the columns that are known here.
-    is_timed : bool
-        Whether the traces stand over time, so that there is a ``start``.
-
-    Returns
-    -------
-    dialect : Dialect or None
-        None: the table is wrong.
-    faults : list of Fault
-
-    Examples
-    --------
-    >>> dialect, faults = read_stated_dialect("measured.toml", "read", {"decimal": ","}, ("time",), is_timed=True)
-    >>> dialect.marks.decimal, faults
-    (',', [])
+    `table` is empty where there is none, so that all is guessed; `section` is its name in the file, `names` are those
+    of the columns that are known here; `is_timed`: the traces stand over time, so that there is a ``start``.
     """
     if not table:
         return Dialect(), []
@@ -116,22 +57,9 @@ def read_stated_dialect(
 def find_unknown_start(file: str, axis: str, dialect: Dialect, *, is_counted: bool) -> Iterator[Fault]:
     """Find whether rows are counted, and nothing says where the command is.
 
-    Parameters
-    ----------
-    file : str
-        File of the record.
-    axis : str
-        Column over which its traces stand.
-    dialect : Dialect
-    is_counted : bool
-        Whether its values are counted from the first row, as those of clock times are.
+    `axis` is the column over which the traces of the record stand; `is_counted`: its values are counted from the first
+    row, as those of clock times are.
 
-    Yields
-    ------
-    Fault
-
-    Examples
-    --------
     >>> [fault.key for fault in find_unknown_start("p040.csv", "time", Dialect(interval=1e-3), is_counted=False)]
     ['time']
     """
@@ -146,21 +74,8 @@ def find_unknown_start(file: str, axis: str, dialect: Dialect, *, is_counted: bo
 
 
 def shift_to_start(times: np.ndarray, dialect: Dialect) -> np.ndarray:
-    """Shift times so that the command stands at 0.
+    """Shift times (n,) [s] so that the command stands at 0, when the solenoids were energised.
 
-    Parameters
-    ----------
-    times : (n,) float array
-        Times of the file [s].
-    dialect : Dialect
-
-    Returns
-    -------
-    (n,) float array
-        Times since the solenoids were energised [s].
-
-    Examples
-    --------
     >>> shift_to_start(np.array([1.0, 2.0]), Dialect(start="first row")).tolist()
     [0.0, 1.0]
     """

@@ -20,25 +20,11 @@ SECTIONS = {
 
 
 def read_table(file: str, table: Any, bench: Bench) -> tuple[dict[str, Uncertainty], list[Fault]]:
-    """Read the table of a folder.
+    """Read the table ``[known_to]`` of a folder that says how well numbers are known, by machine key.
 
-    Parameters
-    ----------
-    file : str
-        File that it stands in.
-    table : object
-        Its contents, see `apesim.engine.known_to.read_known_to`.
-    bench : Bench
-        Bench of the data; a key that cannot matter on it is refused.
+    `table` holds its contents, see `apesim.engine.known_to.read_known_to`; a key that cannot matter on the bench is
+    refused.
 
-    Returns
-    -------
-    known_to : dict of str to apesim.quantities.uncertainties.Uncertainty
-        By the key of the machine file.
-    faults : list of apesim.quantities.Fault
-
-    Examples
-    --------
     >>> print(*read_table("measured.toml", {"engine.bore": "1 %"}, VALVE)[1])
     measured.toml: known_to.engine.bore: cannot matter on the valve's bench; leave it out
     """
@@ -52,23 +38,7 @@ def read_table(file: str, table: Any, bench: Bench) -> tuple[dict[str, Uncertain
 
 
 def matters(key: str, bench: Bench) -> bool:
-    """Tell whether a number of the machine file, or of a sensor, may matter on a bench.
-
-    Parameters
-    ----------
-    key : str
-        Key of the machine file.
-    bench : Bench
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> matters("valve.stroke", VALVE), matters("engine.bore", VALVE), matters("effects.sensor_gain.torque", VALVE)
-    (True, False, False)
-    """
+    """Tell whether a number of the machine file, or of a sensor, may matter on a bench."""
     section, _, rest = key.partition(".")
     if section != "effects":
         return section in SECTIONS[bench]
@@ -79,21 +49,10 @@ def matters(key: str, bench: Bench) -> bool:
 
 
 def find_absent_sensors(known_to: Mapping[str, Uncertainty], runs: Iterable[MeasuredRun]) -> Iterator[str]:
-    """Find the sensors of which something is stated, and that no run has.
+    """Find the sensors of which something is stated, and that no run has: in words, what is not used.
 
-    Parameters
-    ----------
-    known_to : mapping of str to apesim.quantities.uncertainties.Uncertainty
-        By the key of the machine file.
-    runs : iterable of MeasuredRun
+    `known_to` goes by the key of the machine file.
 
-    Yields
-    ------
-    str
-        What is not used, in words.
-
-    Examples
-    --------
     >>> list(find_absent_sensors({"effects.sensor_gain.lift": Uncertainty(0.002)}, []))
     ['known_to."sensor.lift.gain" is not used: no run has lift']
     """

@@ -67,26 +67,10 @@ BRACKETS = r"\(((?:[^()]|\([^()]*\))*)\)"
 
 
 def split_line(line: str, separator: str) -> list[str]:
-    """Split a line of numbers into its cells.
+    """Split a line of numbers into its cells, without blanks around them; separator " ": any run of blanks and tabs.
 
-    Parameters
-    ----------
-    line : str
-    separator : str
-        Character between cells; " ": any run of blanks and tabs.
+    Raises InvalidValue where a quotation in it has no end.
 
-    Returns
-    -------
-    list of str
-        Cells, without blanks around them.
-
-    Raises
-    ------
-    InvalidValue
-        A quotation in it has no end.
-
-    Examples
-    --------
     >>> split_line('0,5;"1,25"; -', ";"), split_line(" 0.5   1.25 ", " ")
     (['0,5', '1,25', '-'], ['0.5', '1.25'])
     """
@@ -101,21 +85,7 @@ def split_line(line: str, separator: str) -> list[str]:
 
 
 def is_unit(text: str | None) -> bool:
-    """Tell whether a text is a unit, with ``abs`` or ``gauge`` behind it or without.
-
-    Parameters
-    ----------
-    text : str or None
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> is_unit("kPa abs"), is_unit("Ch1"), is_unit(None)
-    (True, False, False)
-    """
+    """Tell whether a text is a unit, with ``abs`` or ``gauge`` behind it or without."""
     try:
         return text is not None and bool(unit(split_kind(text)[0]))
     except InvalidValue:
@@ -123,21 +93,10 @@ def is_unit(text: str | None) -> bool:
 
 
 def split_name(text: str) -> tuple[str, str | None]:
-    """Split a laboratory's header into name and unit.
+    """Split a laboratory's header into name and unit: the unit in brackets, behind a slash or behind "in".
 
-    Parameters
-    ----------
-    text : str
-        Header: the unit in brackets, behind a slash or behind "in".
+    The unit is None where what stands there is no unit.
 
-    Returns
-    -------
-    name : str
-    unit : str or None
-        None where what stands there is no unit.
-
-    Examples
-    --------
     >>> [split_name(text) for text in ("Zeit (s)", "Weg / mm", "p in bar", "lift [mm]", "Ch1 (raw)")]
     [('Zeit', 's'), ('Weg', 'mm'), ('p', 'bar'), ('lift', 'mm'), ('Ch1 (raw)', None)]
     """
@@ -155,27 +114,11 @@ def split_name(text: str) -> tuple[str, str | None]:
 
 
 def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
-    r"""Find header and numbers in a file.
+    r"""Find header and numbers in a file, from what `dialect` says of it and our `names` of columns.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-    dialect : Dialect
-        What is said of it.
-    names : sequence of str
-        Our names of columns.
+    Raises InvalidValue where the file cannot be read, or is no such table; the right form names the key of ``[read]``
+    that would help.
 
-    Returns
-    -------
-    Layout
-
-    Raises
-    ------
-    InvalidValue
-        The file cannot be read, or is no such table; the right form names the key of ``[read]`` that would help.
-
-    Examples
-    --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = Path(folder, "p040.csv").write_text("time [ms];lift [mm]\n0,0;0,01\n0,5;0,02\n")
@@ -266,19 +209,8 @@ def _count_tail(headers: Sequence[str], *, names: Sequence[str], dialect: Dialec
 
 
 def ignored_pattern(texts: Sequence[str]) -> re.Pattern[bytes] | None:
-    """Make the pattern of lines that begin with one of several texts, in quotes or not.
+    """Make the pattern of lines that begin with one of several texts, in quotes or not; None where there is no text.
 
-    Parameters
-    ----------
-    texts : sequence of str
-
-    Returns
-    -------
-    re.Pattern or None
-        None where there is no text.
-
-    Examples
-    --------
     >>> pattern = ignored_pattern(["End of data", "#"])
     >>> [bool(pattern.match(line)) for line in (b"# 24 rows", b'"End of data";;', b"1;2")]
     [True, True, False]
@@ -311,22 +243,7 @@ def _first_lines(path: Path, encoding: str, number: int) -> list[str]:
 
 
 def refuse_encoding(line: int) -> InvalidValue:
-    """Make the error of a line that is no UTF-8.
-
-    Parameters
-    ----------
-    line : int
-        Its number.
-
-    Returns
-    -------
-    InvalidValue
-
-    Examples
-    --------
-    >>> refuse_encoding(3).wrong
-    'is no text in line 3'
-    """
+    """Make the error of a line, given by its number, that is no UTF-8."""
     right = 'save it as UTF-8, or write its encoding = "latin-1" in [read]'
     return InvalidValue(f"is no text in line {line}", right)
 
@@ -334,18 +251,8 @@ def refuse_encoding(line: int) -> InvalidValue:
 def split_header_line(line: str, separator: str) -> list[str]:
     """Split a header into the names of its columns.
 
-    Parameters
-    ----------
-    line : str
-    separator : str
-        Character between cells; where it is a blank, brackets belong to the name before them.
+    Where the separator is a blank, brackets belong to the name before them.
 
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
     >>> split_header_line("time [ms] pressure_a [kPa abs]", " ")
     ['time [ms]', 'pressure_a [kPa abs]']
     """
@@ -425,41 +332,15 @@ def _share_of_rows(
 
 
 def without_tail(cells: list[str]) -> list[str]:
-    """Take off the empty cell that a separator at the end of a header makes.
-
-    Parameters
-    ----------
-    cells : list of str
-
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
-    >>> without_tail(["time", "lift", ""])
-    ['time', 'lift']
-    """
+    """Take off the empty cell that a separator at the end of a header makes."""
     return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
 
 
 def fit_cells(cells: list[str], number: int, optional: int = 0) -> list[str]:
     """Take off the empty cell that a separator at the end of a row makes, and add those that a row may end before.
 
-    Parameters
-    ----------
-    cells : list of str
-    number : int
-        Number of columns.
-    optional : int
-        Number of the last of them that a row may lack.
+    `number` is that of the columns, `optional` how many of the last of them a row may lack.
 
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
     >>> fit_cells(["0", "1", ""], 2), fit_cells(["0", "1", ""], 3), fit_cells(["0", "1"], 3, optional=1)
     (['0', '1'], ['0', '1', ''], ['0', '1', ''])
     """
@@ -550,21 +431,7 @@ def _count_any_tail(headers: Sequence[str]) -> int:
 
 
 def starts_numeric(line: str) -> bool:
-    """Tell whether a line begins with a number.
-
-    Parameters
-    ----------
-    line : str
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> starts_numeric(" -0,5;1"), starts_numeric("End of data")
-    (True, False)
-    """
+    """Tell whether a line begins with a number, be it after blanks."""
     return bool(re.match(r"\s*[+-]?[0-9.,]", line))
 
 
@@ -584,20 +451,8 @@ def _hints(dialect: Dialect, separator: str, decimal: str, encoding: str, *, has
 
 
 def resolve_marks(said: Marks, layout: Layout) -> Marks:
-    """Take what is not said of the marks of a column from the layout.
+    """Take what is not said of the marks of a column from the layout; no mark is None then.
 
-    Parameters
-    ----------
-    said : Marks
-    layout : Layout
-
-    Returns
-    -------
-    Marks
-        Without None.
-
-    Examples
-    --------
     >>> layout = Layout("utf-8", ";", ("time [ms]",), 1, ",", False, ())
     >>> resolve_marks(Marks(), layout), resolve_marks(Marks(None, ","), layout)
     (Marks(decimal=',', thousands=''), Marks(decimal='.', thousands=','))

@@ -70,51 +70,15 @@ class Prediction(NamedTuple):
 
 
 def with_value(tree: Any, key: str, value: object) -> Any:
-    """A machine with another value at one key.
-
-    Parameters
-    ----------
-    tree : NamedTuple
-        A machine, or a part of one.
-    key : str
-        Name with dots, e.g. "valve.stroke".
-    value : object
-        New value [SI].
-
-    Returns
-    -------
-    NamedTuple
-        A changed copy.
-
-    Examples
-    --------
-    >>> with_value(Machine(), "valve.stroke", 8e-3).valve.stroke
-    0.008
-    """
+    """A copy of a machine, or of a part of one, with another value [SI] at one dotted key, e.g. "valve.stroke"."""
     name, _, rest = key.partition(".")
     return tree._replace(**{name: with_value(getattr(tree, name), rest, value) if rest else value})
 
 
 def with_values(tree: Any, values: Mapping[str, object]) -> Any:
-    """A machine with other values at several keys; each part is copied once, however many of its numbers change.
+    """A copy of a machine, or of a part of one, with other values [SI] at several dotted keys, e.g. "valve.stroke".
 
-    Parameters
-    ----------
-    tree : NamedTuple
-        A machine, or a part of one.
-    values : mapping of str to object
-        New values by name with dots [SI].
-
-    Returns
-    -------
-    NamedTuple
-        A changed copy.
-
-    Examples
-    --------
-    >>> machine = with_values(Machine(), {"valve.stroke": 8e-3, "valve.solenoid.dead_time": 1e-3})
-    >>> machine.valve.stroke, machine.valve.solenoid.dead_time
-    (0.008, 0.001)
+    Each part is copied once, however many of its numbers change.
     """
     parts: dict[str, dict[str, object]] = {}
     own: dict[str, Any] = {}
@@ -130,29 +94,11 @@ def with_values(tree: Any, values: Mapping[str, object]) -> Any:
 
 
 def run_of(machine: Machine, run: MeasuredRun) -> Machine:
-    """Take the supply of a measured run, and an engine's command, into a machine.
+    """Take the supply of a measured run, and an engine's command, into a copy of a machine.
 
     On a valve's bench the supply is that of the control air. On an engine the control air is as the run states it, else
     as the machine does. What the run states of its supply is freed of the errors of gauge and thermometer that the
     machine knows of.
-
-    Parameters
-    ----------
-    machine : Machine
-        Model of the bench.
-    run : MeasuredRun
-        Run on it.
-
-    Returns
-    -------
-    Machine
-        A changed copy.
-
-    Examples
-    --------
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 293.0, 50e-3, "fit", np.empty(0), {})
-    >>> run_of(Machine(), run).supply.temperature
-    293.0
     """
     effects: Any = machine.effects
     gain, offset = effects.sensor_gain.supply_pressure, effects.sensor_offset.supply_temperature
@@ -172,24 +118,8 @@ def run_of(machine: Machine, run: MeasuredRun) -> Machine:
 def start_of(machine: Machine, run: MeasuredRun) -> Known | None:
     """Find the state from which the predictions of machines that differ a little start, see `predict`.
 
-    Parameters
-    ----------
-    machine : Machine
-        Model with the supply and the command of the run, see `run_of`.
-    run : MeasuredRun
-        Run on a bench.
-
-    Returns
-    -------
-    Known or None
-        State of an engine that settles to every cycle alike; None for another, and on a valve's bench, which starts
-        from rest.
-
-    Examples
-    --------
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 293.0, 50e-3, "fit", np.empty(0), {})
-    >>> start_of(Machine(), run) is None
-    True
+    `machine` has the supply and the command of the run, see `run_of`. The state is that of an engine that settles to
+    every cycle alike; None for another, and on a valve's bench, which starts from rest.
     """
     return known_state(machine, run.speed) if run.bench == ENGINE else None
 
@@ -204,27 +134,12 @@ def predict(
 ) -> Prediction:
     """Predict what the sensors would have shown of a measured run, the effects of the slot ``sensor`` applied.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        With the supply and the command of the run, see `run_of`.
-    run : apesim.studies.measured.MeasuredRun
-    sensors : iterable of str, optional
-        Names of the sensors; those of the run if left out.
-    start : apesim.march.periodic.Known, optional
-        State from `start_of` for this run with a machine a little different: the outcome is the same, and comes sooner.
-    tolerance : float
-        Relative tolerance of the march [-].
-    memory : dict, optional
-        What ideal sensors see of this run, by the instants asked for: filled here, and read before anything is
-        marched. To be handed again with machines that differ in effects of the slot ``sensor`` alone.
+    `machine` has the supply and the command of the run, see `run_of`; `sensors` are those of the run if left out.
+    `start` is the state from `start_of` for this run with a machine a little different: the outcome is the same, and
+    comes sooner. `tolerance` is the relative tolerance of the march. `memory` keeps what ideal sensors see of this run,
+    by the instants asked for: it is filled here, and read before anything is marched; hand it again only with machines
+    that differ in effects of the slot ``sensor`` alone.
 
-    Returns
-    -------
-    Prediction
-
-    Examples
-    --------
     >>> times = np.array([0.0, 25e-3])
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 30e-3, "fit", times, {"lift": np.zeros(2)})
     >>> lift = predict(run_of(Machine(), run), run).channels["lift"]

@@ -25,24 +25,11 @@ noise have half of it."""
 
 
 def unwrap_angle(angles: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, str]:
-    """Make a crank angle that falls back by a turn, or by two, go on.
+    """Make a crank angle [rad] that falls back by a turn, or by two, go on; else it stays as it is.
 
-    Parameters
-    ----------
-    angles : (n,) float array
-        Without NaN [rad].
-    rows : (n,) int array
-        Numbers of their rows in the file, from 1.
+    `angles` (n,) have no NaN; `rows` are the numbers of their rows in the file, from 1. The hint says what was done, ""
+    for nothing.
 
-    Returns
-    -------
-    angles : (n,) float array
-        As they are where they do not fall back, or not by so much [rad].
-    hint : str
-        What was done, in words; "": nothing.
-
-    Examples
-    --------
     >>> angles, hint = unwrap_angle(np.radians([358.0, 359.0, 0.0, 1.0]), np.arange(1, 5))
     >>> np.degrees(angles).round(9).tolist(), hint
     ([358.0, 359.0, 360.0, 361.0], 'falls back by 360 deg in row 3; it is read as going on')
@@ -64,20 +51,10 @@ def unwrap_angle(angles: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, str]
 
 
 def find_coarse_angle(angles: np.ndarray) -> InvalidValue | None:
-    """Find whether a crank angle goes round too fast, as one in another unit than is said does.
+    """Find whether a crank angle [rad] goes round too fast, as one in another unit than is said does.
 
-    Parameters
-    ----------
-    angles : (n,) float array
-        Without NaN [rad].
+    `angles` (n,) have no NaN. Returns what is wrong, and what to do; None where nothing is.
 
-    Returns
-    -------
-    InvalidValue or None
-        What is wrong, and what to do; None where nothing is.
-
-    Examples
-    --------
     >>> find_coarse_angle(np.arange(360.0)).wrong
     'its rows are 57.3 deg apart; is its unit right?'
     """
@@ -97,31 +74,10 @@ def find_coarse_angle(angles: np.ndarray) -> InvalidValue | None:
 def find_disorder(
     places: np.ndarray, rows: np.ndarray, others: Mapping[str, np.ndarray], shown: np.ndarray, unit: str
 ) -> InvalidValue | None:
-    """Find why the column that traces stand over does not rise.
+    """Find why the column that traces stand over does not rise, and what to do; None where it rises.
 
-    Parameters
-    ----------
-    places : (n,) float array
-        Its values, without NaN [SI].
-    rows : (n,) int array
-        Numbers of their rows in the file, from 1.
-    others : mapping of str to (n,) float array
-        The other columns.
-    shown : (n,) float array
-        Its values as the file has them.
-    unit : str
-        Unit of those.
-
-    Returns
-    -------
-    InvalidValue or None
-        What is wrong, and what to do; None where it rises.
-
-    Examples
-    --------
-    >>> times = np.tile(np.arange(10.0), 3)
-    >>> find_disorder(times, np.arange(1, 31), {}, 1e3 * times, "ms").wrong
-    'falls back to 0 ms in row 11: 3 segments of 10 rows'
+    `places` (n,) are its values without NaN [SI], `rows` the numbers of their rows in the file, from 1, `others` the
+    other columns, `shown` its values as the file has them, in `unit`.
     """
     steps = np.diff(places)
     wrong = np.flatnonzero(steps <= 0.0)

@@ -16,25 +16,11 @@ EXAMPLE = '"supply.pressure" = "0.3 %"'
 
 
 def read_scatter(file: str, table: Any, bench: Bench) -> tuple[dict[str, Uncertainty], list[Fault]]:
-    """Read the table of a folder.
+    """Read the table of scatter of a folder: standard deviations between runs by key, as ``[known_to]`` has them.
 
-    Parameters
-    ----------
-    file : str
-        File that it stands in.
-    table : object
-        Its contents: standard deviations between runs by key, as ``[known_to]`` has them.
-    bench : Bench
-        Bench of the data; the cylinder's has nothing that scatters.
+    `file` is where it stands, for messages. Returns the scatter by the key of the machine file, and the faults; the
+    cylinder's bench has nothing that scatters.
 
-    Returns
-    -------
-    scatter : dict of str to apesim.quantities.uncertainties.Uncertainty
-        By the key of the machine file.
-    faults : list of apesim.quantities.Fault
-
-    Examples
-    --------
     >>> read_scatter("measured.toml", {"supply.pressure": "0.3 %"}, Bench.VALVE)[0]
     {'supply.pressure': Uncertainty(deviation=0.003, is_share=True)}
     >>> print(*read_scatter("measured.toml", {"valve.stroke": "1 %"}, Bench.VALVE)[1])  # doctest: +ELLIPSIS

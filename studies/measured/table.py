@@ -42,19 +42,8 @@ which they are thousands: a mark of thousands taken for a decimal one divides si
 
 
 def number_pattern(marks: Marks) -> re.Pattern[str]:
-    """Make the pattern of a number with given marks.
+    """Make the pattern of a number with given marks, of which none is None.
 
-    Parameters
-    ----------
-    marks : Marks
-        Without None.
-
-    Returns
-    -------
-    re.Pattern
-
-    Examples
-    --------
     >>> pattern = number_pattern(Marks(",", "."))
     >>> [bool(pattern.fullmatch(cell)) for cell in ("1.234,5", "1234,5", "1,5e-3", "12.34", "1.5")]
     [True, True, True, False, False]
@@ -75,38 +64,11 @@ class Numbers(NamedTuple):
 
 
 def read_numbers(path: Path, layout: Layout, wanted: Mapping[int, Marks], clocks: Collection[int] = ()) -> Numbers:
-    r"""Read columns of a file.
+    r"""Read columns of a file; a cell without a number is NaN.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-    layout : Layout
-        Where its numbers stand.
-    wanted : mapping of int to Marks
-        Marks of each column by its place, from 0, without None.
-    clocks : collection of int
-        Places of those that hold clock times, which are read in seconds.
-
-    Returns
-    -------
-    Numbers
-
-    Raises
-    ------
-    InvalidValue
-        A line is no row of the table, or a cell no number; the right form names the key of ``[read]`` that would help.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from apesim.studies.measured.dialect import Dialect
-    >>> from apesim.studies.measured.layout import find_layout
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder, "p040.csv")
-    ...     _ = path.write_text("time [ms];lift [mm]\n0,0;0,01\n0,5;-\n")
-    ...     layout = find_layout(path, Dialect(), ("time", "lift"))
-    ...     read_numbers(path, layout, {0: Marks(",", ""), 1: Marks(",", "")}).values
-    {0: array([0. , 0.5]), 1: array([0.01,  nan])}
+    `wanted` has the marks of each column by its place, from 0, none of them None; `clocks` are the places of columns
+    that hold clock times, which are read in seconds. Raises InvalidValue where a line is no row of the table, or a cell
+    no number; its right form names the key of ``[read]`` that would help.
     """
     parts: dict[int, list[np.ndarray]] = {at: [np.empty(0)] for at in wanted}
     words: dict[int, list[int]] = {at: [] for at in wanted}
@@ -158,30 +120,7 @@ def _blocks_below(path: Path, layout: Layout) -> Iterator[tuple[int, bytes]]:
 
 
 def find_ignored_lines(path: Path, layout: Layout) -> list[int]:
-    r"""Find the lines that are passed over.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    layout : Layout
-
-    Returns
-    -------
-    list of int
-        Their numbers, from 1.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from apesim.studies.measured.dialect import Dialect
-    >>> from apesim.studies.measured.layout import find_layout
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder, "p040.csv")
-    ...     _ = path.write_text("time [ms],lift [mm]\n0,0.5\n1,0.6\nEnd of data\n")
-    ...     layout = find_layout(path, Dialect(ignore_lines=("End of data",)), ("time", "lift"))
-    ...     find_ignored_lines(path, layout)
-    [4]
-    """
+    r"""Find the lines that are passed over, by their numbers from 1."""
     if not layout.ignored:
         return []
     found: list[int] = []
@@ -280,15 +219,7 @@ def _has_words_alone(cells: Sequence[str]) -> bool:
 
 
 class LineError(InvalidValue):
-    """Error of a line below the header that has words and no number.
-
-    Parameters
-    ----------
-    line : int
-        Its number.
-    cell : str
-        First cell of it.
-    """
+    """Error of a line below the header that has words and no number: the line's number and first cell."""
 
     def __init__(self, line: int, cell: str) -> None:
         super().__init__(f"line {line} is no row of numbers, it begins with {quoted(cell)}", "take the line out")
@@ -298,14 +229,7 @@ class LineError(InvalidValue):
 class CellError(InvalidValue):
     """Error of a cell that holds no number, in a row of numbers.
 
-    Parameters
-    ----------
-    at : int
-        Place of the column, from 0.
-    cell : str
-        What stands there.
-    line : int
-        Number of its line.
+    `at` is the place of the column, from 0, `cell` what stands there, `line` the number of its line.
     """
 
     def __init__(self, at: int, cell: str, line: int) -> None:
@@ -317,27 +241,10 @@ def is_ambiguous(path: Path, layout: Layout, at: int, values: np.ndarray, decima
     r"""Tell whether the decimal marks of a column may be marks of thousands, as nothing in it shows which.
 
     1.234 may be both. A number below 1, one of four digits without a mark, or one with other than three decimals shows
-    that the mark is decimal.
+    that the mark is decimal. In the layout of the files that apesim writes, where the mark is known to be a point, it
+    only tells whether the record jumps as long as points are decimal. `at` is the place of the column, from 0, `values`
+    its numbers (n,), read with the mark `decimal`.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-    layout : Layout
-    at : int
-        Place of the column, from 0.
-    values : (n,) float array
-        Its numbers, read with the decimal mark.
-    decimal : str
-        Decimal mark.
-
-    Returns
-    -------
-    bool
-        In the layout of the files that apesim writes, where the mark is known to be a point, only whether the record
-        jumps as long as points are decimal.
-
-    Examples
-    --------
     >>> import tempfile
     >>> from apesim.studies.measured.dialect import Dialect
     >>> from apesim.studies.measured.layout import find_layout
@@ -383,22 +290,7 @@ def _largest_step(values: np.ndarray) -> float:
 
 
 def name_ignored_line(cell: str) -> str:
-    """Name the key of ``[read]`` that passes over lines that begin with a cell.
-
-    Parameters
-    ----------
-    cell : str
-
-    Returns
-    -------
-    str
-        Right form; "" where rows of numbers may begin with it, too.
-
-    Examples
-    --------
-    >>> name_ignored_line("End of data")
-    'write ignore_lines = ["End of data"] in [read] to pass over such lines'
-    """
+    """Name the key of ``[read]`` that passes over lines that begin with a cell; "" where rows of numbers may, too."""
     text = cell.split('"')[0][:MAX_BEGINNING].strip()
     if NUMBER_BEGINS.fullmatch(text) or starts_numeric(text):
         return ""
@@ -406,24 +298,10 @@ def name_ignored_line(cell: str) -> str:
 
 
 def name_remedy(cell: str, marks: Marks, name: str) -> str:
-    """Name the key of ``[read]`` that would make a number of a cell.
+    """Name the key of ``[read]`` that would make a number of a cell; "" where no key would help.
 
-    Parameters
-    ----------
-    cell : str
-        What stands there.
-    marks : Marks
-        Marks that it was read with.
-    name : str
-        Our name of its column.
+    `marks` are those that the cell was read with, `name` is our name of its column.
 
-    Returns
-    -------
-    str
-        Right form; "" where no key would help.
-
-    Examples
-    --------
     >>> name_remedy("1,5", Marks(".", ""), "lift")
     'write decimal = "," in [read]'
     >>> name_remedy("1.002.000", Marks(".", ""), "time")

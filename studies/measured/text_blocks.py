@@ -26,28 +26,7 @@ none in other texts."""
 
 
 def open_data(path: Path) -> BinaryIO:
-    """Open a regular file for reading.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-
-    Returns
-    -------
-    binary file
-
-    Raises
-    ------
-    InvalidValue
-        It cannot be read, or is no regular file.
-
-    Examples
-    --------
-    >>> open_data(Path("no such file"))
-    Traceback (most recent call last):
-        ...
-    apesim.quantities.input_errors.InvalidValue: ("there is no file 'no such file'", '')
-    """
+    """Open a regular file for reading; raises InvalidValue where it cannot be read, or is no regular file."""
     require_file(path)
     try:
         return open(path, "rb", opener=open_regular)
@@ -56,23 +35,11 @@ def open_data(path: Path) -> BinaryIO:
 
 
 def guess_encoding(data: bytes, *, is_whole: bool) -> str:
-    """Guess the encoding of a text from its first bytes.
+    """Guess the encoding of a text from its first bytes; `is_whole` tells that they are all of it.
 
-    Parameters
-    ----------
-    data : bytes
-        First bytes of a file.
-    is_whole : bool
-        Whether they are all of it.
+    It is UTF-16 where a mark of the byte order or zero bytes show it, else UTF-8. Where the bytes are no UTF-8 it is
+    latin-1, or cp1252 where they have characters of Windows that latin-1 does not have.
 
-    Returns
-    -------
-    str
-        Name of a codec: UTF-16 where a mark of the byte order or zero bytes show it, else UTF-8. Where the bytes are
-        no UTF-8 it is latin-1, or cp1252 where they have characters of Windows that latin-1 does not have.
-
-    Examples
-    --------
     >>> [guess_encoding("Weg [µm]".encode(name), is_whole=True) for name in ("utf-8", "utf-16", "latin-1")]
     ['utf-8', 'utf-16', 'latin-1']
     >>> guess_encoding("Weg – roh [µm]".encode("cp1252"), is_whole=True)
@@ -92,65 +59,17 @@ def guess_encoding(data: bytes, *, is_whole: bool) -> str:
 
 
 def read_head(path: Path) -> tuple[bytes, bool]:
-    """Read the first bytes of a file.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-
-    Returns
-    -------
-    data : bytes
-        First `HEAD_BYTES`, or all of it.
-    is_whole : bool
-        Whether they are all.
-
-    Raises
-    ------
-    InvalidValue
-        It cannot be read.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     _ = Path(folder, "p040.csv").write_text("0,1")
-    ...     read_head(Path(folder, "p040.csv"))
-    (b'0,1', True)
-    """
+    """Read the first `HEAD_BYTES` of a file, and tell whether they are all; raises InvalidValue where it cannot."""
     with open_data(path) as file:
         data = file.read(HEAD_BYTES)
         return data, os.fstat(file.fileno()).st_size <= len(data)
 
 
 def blocks_of_lines(path: Path, encoding: str, size: int = BLOCK_BYTES) -> Iterator[bytes]:
-    r"""Give the text of a file, as UTF-8, in blocks of whole lines.
+    r"""Give the text of a file, as UTF-8, in blocks of whole lines, each ended by a line feed, whatever stood there.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-    encoding : str
-        Its encoding.
-    size : int
-        Bytes that are read at once.
-
-    Yields
-    ------
-    bytes
-        Lines, each with ``\n`` behind it, whatever stood there.
-
-    Raises
-    ------
-    InvalidValue
-        The file cannot be read, is no such text, or has a line that no table has.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     _ = Path(folder, "p040.csv").write_bytes("Weg\r\n0,5".encode("utf-16"))
-    ...     list(blocks_of_lines(Path(folder, "p040.csv"), "utf-16"))
-    [b'Weg\n', b'0,5\n']
+    `size` is how many bytes are read at once. Raises InvalidValue where the file cannot be read, is no such text, or
+    has a line that no table has.
     """
     is_utf8 = encoding in ("utf-8", "utf-8-sig")
     decoder = None if is_utf8 else codecs.getincrementaldecoder(encoding)()

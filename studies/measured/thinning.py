@@ -14,32 +14,11 @@ MAX_ROWS = 100_000
 
 
 def thin(columns: Mapping[str, np.ndarray], axis: str) -> tuple[dict[str, np.ndarray], list[str]]:
-    """Thin a long record, by means over spans that the model does not resolve.
+    """Thin a long record, by means over spans that the model does not resolve; returns hints of what was done, too.
 
-    A span ends at 0, so that none has rows before and after the command. Spans of evenly spaced rows have equally many.
-
-    Parameters
-    ----------
-    columns : mapping of str to (n,) float array
-        Columns of a record [SI], NaN where a cell has no number.
-    axis : {"time", "crank_angle"}
-        Name of the column that rises.
-
-    Returns
-    -------
-    columns : dict of str to (m,) float array
-        Means; the columns as they are where they are no longer than `MAX_ROWS`, or not finer than `RESOLVED`.
-    hints : list of str
-        What was done.
-
-    Examples
-    --------
-    A record of half a second at 1 MHz:
-
-    >>> times = 1e-6 * np.arange(500000)
-    >>> columns, hints = thin({"time": times, "lift": 2.0 * times}, "time")
-    >>> len(columns["time"]), float(columns["lift"][0].round(9)), hints
-    (25000, 1.9e-05, ['500000 rows are thinned to 25000 means of 20 rows; a stated noise is that of a mean'])
+    Columns [SI] have NaN where a cell has no number; `axis` is the one that rises, "time" or "crank_angle". They stay
+    as they are where they are no longer than `MAX_ROWS`, or not finer than `RESOLVED`. A span ends at 0, so that none
+    has rows before and after the command. Spans of evenly spaced rows have equally many.
     """
     places = columns[axis]
     if len(places) <= MAX_ROWS:

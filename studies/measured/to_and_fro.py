@@ -34,39 +34,11 @@ RIGHT = "give a record with a stroke in and a stroke out, longer than 10 mm and 
 
 
 def estimate_velocity(times: np.ndarray, stroke: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Estimate the velocity of a stroke by straight lines through neighbouring samples, on any clock.
+    """Estimate the velocity [m/s] of a stroke [m] by straight lines through neighbouring samples, on any clock [s].
 
-    It is the local linear fit of least squares over `HALF_WINDOW` on either side, a Savitzky-Golay filter [1]_ where
-    the clock is even. At the ends of the record the window is cut.
-
-    Parameters
-    ----------
-    times : (n,) float array
-        Ascending [s].
-    stroke : (n,) float array
-        [m]
-
-    Returns
-    -------
-    velocity : (n,) float array
-        NaN where the window has fewer than `MIN_SAMPLES` [m/s].
-    error : (n,) float array
-        Standard deviation of each value, from what its line leaves [m/s].
-
-    References
-    ----------
-    .. [1] A. Savitzky and M. J. E. Golay, "Smoothing and differentiation of data by simplified least squares
-       procedures", Anal. Chem. 36, 1964, pp. 1627-1639, doi 10.1021/ac60214a047.
-
-    Examples
-    --------
-    12 mm/s on an uneven clock, with a noise of 0.02 mm:
-
-    >>> times = np.cumsum(np.where(np.arange(500) % 3, 0.010, 0.011))
-    >>> stroke = 0.012 * times + np.random.default_rng(1).normal(0.0, 2e-5, 500)
-    >>> velocity, error = estimate_velocity(times, stroke)
-    >>> bool(np.std(velocity - 0.012) < 1e-4), round(float(np.median(error)) * 1e3, 2)  # [mm/s]
-    (True, 0.07)
+    It is the local linear fit of least squares over `HALF_WINDOW` on either side, cut at the ends of the record: a
+    Savitzky-Golay filter where the clock is even (Savitzky and Golay 1964, doi 10.1021/ac60214a047). NaN where the
+    window has fewer than `MIN_SAMPLES`. Returns each value's standard deviation [m/s], too, from what its line leaves.
     """
     places = stroke - stroke.mean()
     first, last = np.searchsorted(times, times - HALF_WINDOW), np.searchsorted(times, times + HALF_WINDOW, "right")
@@ -88,20 +60,9 @@ def estimate_velocity(times: np.ndarray, stroke: np.ndarray) -> tuple[np.ndarray
 def find_strokes(stroke: np.ndarray, velocity: np.ndarray) -> list[tuple[slice, slice]]:
     """Find the ways to and fro of a record: two whole strokes, one after the other, between turning points.
 
-    Parameters
-    ----------
-    stroke : (n,) float array
-        [m]
-    velocity : (n,) float array
-        See `estimate_velocity` [m/s].
+    From `stroke` (n,) [m] and `velocity` (n,) [m/s], see `estimate_velocity`; the slices are without the samples at
+    which the piston turns.
 
-    Returns
-    -------
-    list of (slice, slice)
-        Samples of both strokes of each way, without those at which the piston turns.
-
-    Examples
-    --------
     >>> phase = np.linspace(0.5, 3.5, 3001) * np.pi  # begins and ends on the way, turns three times
     >>> ((first, second),) = find_strokes(np.sin(phase + 0.8), np.cos(phase + 0.8))
     >>> first.start > 745, first.stop < 1745 < second.start, second.stop < 2745
@@ -124,37 +85,10 @@ def find_strokes(stroke: np.ndarray, velocity: np.ndarray) -> list[tuple[slice, 
 def split_record(run: MeasuredRun, folder: str | PathLike[str] = "") -> list[MeasuredRun]:
     """Split the record of a cylinder into its ways to and fro, which are repeats of one another.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-        With all samples of the record, ``stroke`` and ``pressure`` as given; rows without a number are left out. One of
-        another bench stays as it is.
-    folder : path
-        Folder of its file, for messages.
-
-    Returns
-    -------
-    list of apesim.studies.measured.MeasuredRun
-        One for each way to and fro, with means over cells, ``velocity`` among what is given, and the same times: the
-        mean time since the way began [s].
-
-    Raises
-    ------
-    InputError
-        There is no way to and fro in the record.
-
-    Examples
-    --------
-    Two ways to and fro of 40 mm at 10 mm/s, begun and ended on the way, with a friction of 5 N:
-
-    >>> times = np.arange(0.0, 22.0, 0.01)
-    >>> stroke = 0.02 * np.abs((times + 1.0) % 8.0 / 2.0 - 2.0)
-    >>> force = 50.0 + 5.0 * np.sign(np.gradient(stroke))
-    >>> given = {"stroke": stroke, "pressure": np.full(len(times), 2e5)}
-    >>> record = MeasuredRun("a", "a.csv", 2e5, 293.0, np.nan, "fit", times, {"force": force}, CYLINDER, given=given)
-    >>> repeats = split_record(record)
-    >>> len(repeats), len(repeats[0].times), sorted(set(repeats[0].channels["force"].round(3).tolist()))
-    (2, 70, [45.0, 55.0])
+    `run` has all samples of the record, ``stroke`` and ``pressure`` as given; rows without a number are left out. One
+    of another bench stays as it is. Each way has means over cells, ``velocity`` among what is given, and the same
+    times: the mean time since the way began [s]. Raises InputError, which names `folder`, where the record has no way
+    to and fro.
     """
     if run.bench != CYLINDER:
         return [run]

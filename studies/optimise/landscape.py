@@ -61,26 +61,11 @@ class Point(NamedTuple):
 def point_of(
     machine: Machine, speed: float, place: tuple[float, ...] = (), periodic_tolerance: float = PERIODIC_TOLERANCE
 ) -> Point:
-    """Compute a machine's point by its periodic state.
+    """Compute a machine's point by its periodic state at a speed of the crankshaft [rad/s].
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with the commands.
-    speed : float
-        Speed of the crankshaft [rad/s].
-    place : tuple of float
-        Place of the commands in the ranges that are searched, see `Point`.
-    periodic_tolerance : float
-        Change over a cycle that counts as periodic, see `apesim.engine.steady.run_steady`.
+    `place` is that of the commands in the ranges that are searched, see `Point`; `periodic_tolerance` is the change
+    over a cycle that counts as periodic, see `apesim.engine.steady.run_steady`.
 
-    Returns
-    -------
-    Point
-        Commands, indicators and merits.
-
-    Examples
-    --------
     >>> point = point_of(Machine(), 94.0)
     >>> round(point.values["brake_torque_Nm"], 1), point.full_lift
     (37.3, True)
@@ -101,29 +86,11 @@ def _run(machine: Machine, speed: float, periodic_tolerance: float, start: Known
 
 
 def judged(machine: Machine, run: SteadyRun, place: tuple[float, ...] = ()) -> Point:
-    """Judge a machine's point by a run of it.
+    """Judge a machine's point by the last cycle of a run of it; NaN and -inf where the state does not repeat.
 
     Brake work over air stands for specific air: the more of the one, the less of the other, and it goes smoothly
-    through zero where the specific air has a pole.
-
-    Parameters
-    ----------
-    machine : Machine
-        Machine of the run.
-    run : SteadyRun
-        Last cycle of the march.
-    place : tuple of float
-        Place of the commands in the ranges that are searched, see `Point`.
-
-    Returns
-    -------
-    Point
-        Commands, indicators and merits; NaN and -inf where the state does not repeat.
-
-    Examples
-    --------
-    >>> judged(Machine(), run_steady(Machine(), 94.0, max_cycles=1)).merit  # one cycle is not enough
-    (-inf, -inf)
+    through zero where the specific air has a pole. `place` is that of the commands in the ranges that are searched, see
+    `Point`.
     """
     values, merit, full_lift = dict.fromkeys(RECORDED, nan), (-inf, -inf), False
     if run.status == Status.DONE and run.orbit.converged:
@@ -136,22 +103,9 @@ def judged(machine: Machine, run: SteadyRun, place: tuple[float, ...] = ()) -> P
 
 
 def merit_of(values: Mapping[str, float]) -> tuple[float, float]:
-    """Rate a point by its indicators: brake torque, and brake work over all air.
+    """Rate a point by its indicators `RECORDED`: brake torque [N m], and brake work over all air [J/kg].
 
-    Parameters
-    ----------
-    values : mapping of str to float
-        Indicators `RECORDED`, by name; NaN where the state does not repeat.
-
-    Returns
-    -------
-    tuple of float
-        Torque [N m] and work over air [J/kg]; -inf where the state does not repeat.
-
-    Examples
-    --------
-    >>> merit_of(dict.fromkeys(RECORDED, nan))
-    (-inf, -inf)
+    Both are -inf where the indicators are NaN, as the state does not repeat.
     """
     torque = values["brake_torque_Nm"]
     if isnan(torque):
@@ -161,16 +115,9 @@ def merit_of(values: Mapping[str, float]) -> tuple[float, float]:
 
 
 class Landscape:
-    """Points of a machine at one speed; each is computed once.
+    """Points of a machine with an electro-pneumatic intake at one speed [rad/s]; each is computed once.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with an electro-pneumatic intake.
-    speed : float
-        Speed of the crankshaft [rad/s].
-    pressures : pair of float, optional
-        Pressures between which the supply is free [Pa abs]; the machine's own if left out.
+    The supply is free between `pressures` [Pa abs]; it is the machine's own if left out.
     """
 
     def __init__(self, machine: Machine, speed: float, pressures: tuple[float, float] | None = None) -> None:
@@ -189,28 +136,11 @@ class Landscape:
         return machine._replace(supply=machine.supply._replace(pressure=pressure[0])) if pressure else machine
 
     def at(self, x: Sequence[float], periodic_tolerance: float = PERIODIC_TOLERANCE) -> Point:
-        """Compute the point of a place, each coordinate held between 0 and 1.
+        """Compute the point of a place, each coordinate held between 0 and 1; it is computed once.
 
-        Parameters
-        ----------
-        x : sequence of float
-            Energise, duration, and supply pressure if that is free, each as a share of its range.
-        periodic_tolerance : float
-            Change over a cycle that counts as periodic. With `SKETCH` the point is not one of the landscape's own.
-
-        Returns
-        -------
-        Point
-            What the engine does there; it is computed once.
-
-        Examples
-        --------
-        >>> landscape = Landscape(Machine(), 94.0)
-        >>> point = landscape.at([0.65, 0.27])
-        >>> [round(angle / DEGREE, 2) for angle in (point.energise, point.release)]
-        [-45.0, 39.65]
-        >>> landscape.at([0.65, 0.27]) is point
-        True
+        `x` has energise, duration, and supply pressure if that is free, each as a share of its range.
+        `periodic_tolerance` is the change over a cycle that counts as periodic; with `SKETCH` the point is not one of
+        the landscape's own.
         """
         place = tuple(np.clip(x, 0.0, 1.0).tolist())
         known = self.sketched if periodic_tolerance == SKETCH else self.settled
@@ -223,26 +153,10 @@ class Landscape:
         return known[place]
 
     def best(self, goal: Goal, min_torque: float = -inf) -> Point | None:
-        """Find the best of the points so far.
+        """Find the best of the points so far with at least `min_torque` [N m].
 
-        Parameters
-        ----------
-        goal : Goal
-            Most torque or least air.
-        min_torque : float
-            Lowest torque that counts [N m]; for least air at least 0, as air without brake work means nothing.
-
-        Returns
-        -------
-        Point or None
-            None where no point repeats, or, for least air, none gives brake work.
-
-        Examples
-        --------
-        >>> landscape = Landscape(Machine(), 94.0)
-        >>> points = [landscape.at([0.65, duration]) for duration in (0.17, 0.27)]
-        >>> landscape.best(Goal.TORQUE) is points[1], landscape.best(Goal.AIR) is points[0]
-        (True, True)
+        For least air at least 0 N m is asked, as air without brake work means nothing. None where no point whose state
+        repeats has that torque.
         """
         min_torque = max(min_torque, 0.0) if goal == Goal.AIR else min_torque
         points = [p for p in self.settled.values() if p.merit[goal] > -inf and p.merit[Goal.TORQUE] >= min_torque]

@@ -42,30 +42,13 @@ class Optimum(NamedTuple):
 def optimise(
     machine: Machine, speed: float, goals: Sequence[Goal], pressures: tuple[float, float] | None = None
 ) -> Optimum:
-    """Find the best commands at one speed.
+    """Find the best commands at one speed [rad/s] of a machine with an electro-pneumatic intake.
 
     DIRECT searches the whole range by sketches of the periodic state, COBYQA (both SciPy's) follows the best of them to
-    the optimum by full ones. The front is searched from the least air on: at several torques the least air with that
-    torque or more, again by COBYQA, and on a curve through these points. Nothing in it is random.
+    the optimum by full ones. With both goals the Pareto front is searched, too, from the least air on: at several
+    torques the least air with that torque or more, again by COBYQA, and on a curve through these points. Nothing in it
+    is random. The supply is free between `pressures` [Pa abs]; it is the machine's own if left out.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with an electro-pneumatic intake.
-    speed : float
-        Speed of the crankshaft [rad/s].
-    goals : sequence of Goal
-        What is wanted; with both goals the Pareto front is searched, too.
-    pressures : pair of float, optional
-        Pressures between which the supply is free [Pa abs]; the machine's own if left out.
-
-    Returns
-    -------
-    Optimum
-        Best point of each goal, and the front.
-
-    Examples
-    --------
     >>> optimum = optimise(Machine(), 94.0, [Goal.TORQUE])
     >>> before, after = (point.values["brake_torque_Nm"] for point in (optimum.fixed, optimum.best[Goal.TORQUE]))
     >>> round(before), round(after)
@@ -152,18 +135,8 @@ def _along_the_front(landscape: Landscape) -> set[tuple[float, ...]]:
 def undominated(points: Iterable[Point]) -> list[Point]:
     """Select the points with brake work than which no other is better in one goal and as good in the other.
 
-    Parameters
-    ----------
-    points : iterable of Point
-        Points of a landscape.
+    Along this Pareto front torque and specific air both rise.
 
-    Returns
-    -------
-    list of Point
-        Points of the Pareto front; torque and specific air both rise.
-
-    Examples
-    --------
     >>> merits = [(60.0, 57e3), (35.0, 89e3), (34.0, 80e3)]  # torque [N m], work over air [J/kg]
     >>> points = [Point((), 0.0, 1.0, 1.1e6, {}, merit, True) for merit in merits]
     >>> [point.merit for point in undominated(points)]

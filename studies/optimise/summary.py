@@ -19,18 +19,9 @@ HEADER = (
 def point_json(optimum: Optimum) -> dict[str, Any]:
     """Lay out the optima and the Pareto front of a speed, for JSON.
 
-    Parameters
-    ----------
-    optimum : Optimum
-        Best commands at the speed.
+    It has the speed, the machine's own commands under ``fixed``, each goal by its name, and the points of the
+    ``front``.
 
-    Returns
-    -------
-    dict
-        Speed, the machine's own commands under ``fixed``, each goal by its name, and the points of the ``front``.
-
-    Examples
-    --------
     >>> from apesim.studies.optimise.landscape import RECORDED, Goal, Point
     >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
     >>> optimum = Optimum(94.0, point, {Goal.TORQUE: point}, [], 81, 27)
@@ -53,25 +44,7 @@ def point_json(optimum: Optimum) -> dict[str, Any]:
 def optimum_table(optima: Sequence[Optimum], ambient_pressure: float) -> Table:
     """Lay out the table that the console shows: the best commands beside the machine's own, for each speed.
 
-    Parameters
-    ----------
-    optima : sequence of Optimum
-        Best commands at each speed.
-    ambient_pressure : float
-        Pressure of the ambience, above which the supply is shown [Pa abs].
-
-    Returns
-    -------
-    rich.table.Table
-        Commands, angles, torque and specific air.
-
-    Examples
-    --------
-    >>> from apesim.studies.optimise.landscape import RECORDED, Goal, Point
-    >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
-    >>> optimum = Optimum(94.0, point, {Goal.TORQUE: point}, [], 81, 27)
-    >>> optimum_table([optimum], ambient_pressure=101325.0).row_count
-    2
+    The supply is shown above `ambient_pressure` [Pa abs].
     """
     rows = [row for optimum in optima for row in _rows(optimum, ambient_pressure)]
     return table_of("The best commands", HEADER, rows, left=(1, 8))
@@ -100,18 +73,6 @@ def _rows(optimum: Optimum, ambient_pressure: float) -> Iterator[tuple[str, ...]
 def end_lines(optima: Sequence[Optimum]) -> Iterator[str]:
     """Write a line on each optimum that lies at an end of the range that was searched.
 
-    Parameters
-    ----------
-    optima : sequence of Optimum
-        Best commands at each speed.
-
-    Yields
-    ------
-    str
-        Line with speed, goal and the variable that is at an end.
-
-    Examples
-    --------
     >>> from apesim.studies.optimise.landscape import RECORDED, Goal, Point
     >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
     >>> optimum = Optimum(94.0, point, {Goal.TORQUE: point}, [], 81, 27)

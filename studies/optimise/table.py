@@ -36,24 +36,7 @@ COLUMNS = {
 
 
 def row_of(point: Point | None) -> dict[str, float]:
-    """Collect the commands and results of a point under the names of `COLUMNS`.
-
-    Parameters
-    ----------
-    point : Point or None
-        Point of a landscape; None where there is none.
-
-    Returns
-    -------
-    dict of str to float
-        Command angles [deg], pressure of the supply [Pa abs] and indicators; NaN where there is no point.
-
-    Examples
-    --------
-    >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
-    >>> round(row_of(point)["energise_deg"], 2), row_of(None)["energise_deg"]
-    (-57.3, nan)
-    """
+    """Collect the commands and results of a point under the names of `COLUMNS`; NaN where there is no point (None)."""
     if point is None:
         return dict.fromkeys(COLUMNS, nan)
     commands = point.energise / DEGREE, point.release / DEGREE, point.pressure
@@ -61,24 +44,7 @@ def row_of(point: Point | None) -> dict[str, float]:
 
 
 def bounds_of(point: Point | None) -> dict[str, int]:
-    """Judge where a point lies in the range of each free variable.
-
-    Parameters
-    ----------
-    point : Point or None
-        Point of a landscape; None where there is none.
-
-    Returns
-    -------
-    dict of str to int
-        Code of `BOUNDS` by free variable; empty where there is no point.
-
-    Examples
-    --------
-    >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
-    >>> bounds_of(point)
-    {'energise': 0, 'duration': 1}
-    """
+    """Judge where a point lies in the range of each free variable, by codes of `BOUNDS`; empty for None, no point."""
     return dict(zip(FREE, [int(u >= 1.0 - FINE) - int(u <= FINE) for u in point.place], strict=False)) if point else {}
 
 
@@ -90,33 +56,11 @@ def optima_over_speed(
     jobs: int | None = None,
     report: Callable[[int, int], Any] | None = None,
 ) -> list[Optimum]:
-    """Find the best commands at several speeds; each for itself, so the number of processes changes nothing.
+    """Find the best commands at several speeds [rad/s]; each for itself, so the number of processes changes nothing.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with an electro-pneumatic intake.
-    speeds : sequence of float
-        Speeds of the crankshaft [rad/s].
-    goals : sequence of Goal
-        What is wanted; with both goals the Pareto front is searched, too.
-    pressures : pair of float, optional
-        Pressures between which the supply is free [Pa abs]; the machine's own if left out.
-    jobs : int, optional
-        Number of processes; as many as the work is worth if left out.
-    report : function, optional
-        Called with the number of speeds that are done and the number of all.
-
-    Returns
-    -------
-    list of Optimum
-        Best commands at each speed.
-
-    Examples
-    --------
-    >>> [optimum] = optima_over_speed(Machine(), [94.0], [Goal.AIR], jobs=1)
-    >>> round(optimum.best[Goal.AIR].values["specific_air_kg_per_kWh"])
-    40
+    With both goals the Pareto front is searched, too. The supply is free between `pressures` [Pa abs]; it is the
+    machine's own if left out. `jobs` is the number of processes, as many as the work is worth if left out; `report` is
+    called with the number of speeds that are done and the number of all.
     """
     optima = [Optimum(speed, None, dict.fromkeys(goals), [], 0, 0) for speed in speeds]
     seconds = SECONDS_A_GOAL if len(goals) == 1 else 2.0 * SECONDS_A_GOAL + SECONDS_A_FRONT
@@ -144,31 +88,8 @@ def archive_of(
 ) -> Archive:
     """Store optima as an archive: a run for each speed, and the points of its front along a second axis.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine whose commands were optimised; its text goes into the archive.
-    optima : sequence of Optimum
-        Best commands at each speed.
-    goals : sequence of Goal
-        What was wanted.
-    pressures : pair of float, optional
-        Pressures between which the supply was free [Pa abs].
-    command : str
-        The command line, which the archive keeps.
-
-    Returns
-    -------
-    Archive
-        Commands and results of each goal over the runs.
-
-    Examples
-    --------
-    >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
-    >>> optimum = Optimum(94.0, point, {Goal.TORQUE: point}, [], 81, 27)
-    >>> archive = archive_of(Machine(), [optimum], [Goal.TORQUE])
-    >>> archive.variables["most_torque_release_deg"].values.round(1), archive.variables["runs"].values
-    (array([240.6]), array([27]))
+    The text of the machine goes into the archive, and the line of the `command`. The supply was free between
+    `pressures` [Pa abs].
     """
     variables = {
         "run": run_axis(len(optima)),
@@ -193,23 +114,7 @@ def archive_of(
 
 
 def speed_rpm(optimum: Optimum) -> float:
-    """Convert the speed of an optimum to revolutions per minute, without the rounding noise of the conversion.
-
-    Parameters
-    ----------
-    optimum : Optimum
-        Best commands at a speed.
-
-    Returns
-    -------
-    float
-        Speed [r/min], rounded to 12 significant digits.
-
-    Examples
-    --------
-    >>> speed_rpm(Optimum(RPM * 900.0, None, {}, [], 0, 0))
-    900.0
-    """
+    """Convert the speed of an optimum to r/min, rounded to 12 digits, without the rounding noise of the conversion."""
     return float(f"{optimum.speed / RPM:.12g}")
 
 
@@ -253,20 +158,10 @@ def _fronts(fronts: Sequence[Sequence[Point]]) -> dict[str, Variable]:
 
 
 def optima_of(archive: Archive) -> tuple[Optimum, ...]:
-    """Read the optima of an archive that was written from them.
+    """Read the optima, one for each run, of an archive that `archive_of` has written.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive of `archive_of`.
+    The places of their points are as the archive tells them: 0 and 1 at the ends of a range.
 
-    Returns
-    -------
-    tuple of Optimum
-        One for each run. The places of their points are as the archive tells them: 0 and 1 at the ends of a range.
-
-    Examples
-    --------
     >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (1.0, TURN / 2.0), True)
     >>> optimum = Optimum(RPM * 900.0, point, {Goal.TORQUE: point}, [], 81, 27)
     >>> [again] = optima_of(archive_of(Machine(), [optimum], [Goal.TORQUE]))
@@ -307,24 +202,7 @@ def _point_in(row: Mapping[str, Any], prefix: str) -> Point | None:
 
 
 def faults_of(optima: Sequence[Optimum]) -> list[str]:
-    """Write one line for each speed at which no commands give brake work.
-
-    Parameters
-    ----------
-    optima : sequence of Optimum
-        Best commands at each speed.
-
-    Returns
-    -------
-    list of str
-        Each line names the speed and says what to change.
-
-    Examples
-    --------
-    >>> [line] = faults_of([Optimum(RPM * 900.0, None, {Goal.TORQUE: None}, [], 81, 27)])
-    >>> line.partition(" in the range")[0]
-    '900 r/min: no commands'
-    """
+    """Write one line for each speed at which no commands give brake work, which says what to change."""
     lines = []
     for optimum in optima:
         if any(point is None or point.merit[Goal.TORQUE] <= 0.0 for point in optimum.best.values()):

@@ -26,69 +26,24 @@ BEFORE, AFTER = 5e-3, 12e-3
 
 
 def vessel_of(machine: Machine) -> Vessel:
-    """The vessel of the tests, filled at the ambient temperature.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    apesim.studies.discharge.Vessel
-
-    Examples
-    --------
-    >>> f"{1e6 * vessel_of(Machine()).volume:.0f} cm^3"
-    '50 cm^3'
-    """
+    """The vessel of the tests, filled at the ambient temperature."""
     ambient = machine.ambient
     volume = LENGTH * machine.valve.solenoid.effective_area
     return Vessel(volume, ambient.temperature, ambient.pressure, gas_of(machine.air))
 
 
 def area_at(machine: Machine, times: np.ndarray) -> np.ndarray:
-    """Effective area of the model's solenoid after it is switched at 0.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    times : (n,) float array
-        [s]
-
-    Returns
-    -------
-    (n,) float array
-        [m2]
-
-    Examples
-    --------
-    >>> 1e6 * area_at(Machine(), np.array([0.0, 0.1]))
-    array([0., 9.])
-    """
+    """Effective area of the model's solenoid [m2] at `times` (n,) after it is switched at 0 [s]."""
     solenoid = machine.valve.solenoid
     curve = opening_curve(solenoid)
     return solenoid.effective_area * np.array([followed(curve, t) for t in times])
 
 
 def emptied(machine: Machine, vessel: Vessel, initial_pressure: float, times: np.ndarray) -> np.ndarray:
-    """Pressure of a vessel that empties through the model's solenoid, by mass and energy balance (Eqs. 3-8).
+    """Pressure of a vessel that empties through the model's solenoid, by mass and energy balance [EPV, Eqs. 3 to 8].
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    vessel : Vessel
-    initial_pressure : float
-        [Pa abs]
-    times : (n,) float array
-        After the switch [s], ascending.
+    Pressures are in Pa abs, `times` (n,) after the switch in s, ascending.
 
-    Returns
-    -------
-    (n,) float array
-        [Pa abs]
-
-    Examples
-    --------
     >>> machine = Machine()
     >>> vessel = vessel_of(machine)
     >>> pressures = emptied(machine, vessel, vessel.ambient_pressure + 0.4e6, np.array([0.0, 5e-3, 10e-3]))
@@ -130,26 +85,8 @@ def discharge_tests(
 ) -> tuple[Vessel, list[Record]]:
     """Make discharge tests of the model's solenoid from the paper's initial pressures.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    noise : float
-        Standard deviation of the noise on the pressure [Pa].
-    rate : float
-        Samples a second [1/s].
-    seed : int
-        Start of the random numbers.
-
-    Returns
-    -------
-    vessel : Vessel
-    records : list of Record
-
-    Examples
-    --------
-    >>> vessel, records = discharge_tests(Machine(), noise=0.0, rate=2e3)
-    >>> [record.name for record in records]
-    ['0.4 MPa gauge', '0.6 MPa gauge', '0.8 MPa gauge']
+    `noise` is the standard deviation of the noise on the pressure [Pa], `rate` the samples a second [1/s], `seed` the
+    start of the random numbers.
     """
     vessel, random = vessel_of(machine), np.random.default_rng(seed)
     end = opening_curve(machine.valve.solenoid)[-1, 0] + AFTER

@@ -23,34 +23,12 @@ def all_claims(
     frictions: friction_map.FrictionMap | None,
     judged: Mapping[str, Claim] | None = None,
 ) -> list[Claim]:
-    """Judge every claim.
+    """Judge every claim; those on the engine take some seconds.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    archive : Archive
-        The map over the paper's grid, see `apesim.studies.valve_map.compute_map`.
-    tests : apesim.studies.discharge.Discharge
-        Result of the model's own discharge tests.
-    by_area : mapping
-        Claims by area and key, see `apesim.studies.paper.claims.area.claims_by_area`; empty: not over areas.
-    frictions : apesim.studies.paper.friction.friction_map.FrictionMap or None
-        None: the claim on the friction is left out.
-    judged : mapping of str to Claim, optional
-        What the judges of `LONG` said, by their names, where they were asked already.
-
-    Returns
-    -------
-    list of Claim
-
-    Examples
-    --------
-    It judges claims on the engine, too, which takes some seconds:
-
-    >>> import apesim
-    >>> paper = apesim.repeat_paper(apesim.Machine())  # doctest: +SKIP
-    >>> len(paper.claims)  # doctest: +SKIP
-    30
+    `archive` is the map over the paper's grid, see `apesim.studies.valve_map.compute_map`, `tests` the result of the
+    model's own discharge tests. `by_area` has claims by area and key, see
+    `apesim.studies.paper.claims.area.claims_by_area`; empty: not over areas. With `frictions` None the claim on the
+    friction is left out. `judged` is what the judges of `LONG` said, by their names, where they were asked already.
     """
     judged = judged or {judge.__name__: judge(machine) for judge in LONG}
     subject, grid = subject_of(machine), grid_of(archive, machine.ambient.pressure)

@@ -82,40 +82,10 @@ def write_page(
     frictions: FrictionMap,
     folder: str | PathLike[str],
 ) -> Path:
-    """Write the page beside its figures.
+    """Write the page, ``index.html``, beside its figures, into a folder that exists.
 
-    Parameters
-    ----------
-    claims : sequence of apesim.studies.paper.claims.claim.Claim
-    captions : mapping of str to str
-        Captions by name of the figure.
-    different : sequence of str
-        Texts of what makes the valve is another one than the paper's, see `apesim.studies.paper.subject.differences`.
-    frictions : apesim.studies.paper.friction.friction_map.FrictionMap
-    folder : path
-        A folder that exists.
-
-    Returns
-    -------
-    Path
-        The page, ``index.html``.
-
-    Raises
-    ------
-    ArchiveError
-        It cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> import numpy as np
-    >>> from apesim.studies.paper.claims.design import engine_speed
-    >>> axis, holds = np.ones(1), {statement.key: np.zeros((1, 1, 1, 1)) for statement in STATEMENTS}
-    >>> frictions = FrictionMap(np.array([PAPERS]), 9e-6 * axis, 1.5e-3 * axis, 287.0 * axis, 1e6 * axis, holds)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     page = write_page([engine_speed()], {}, [], frictions, folder)
-    ...     "30 Hz correspond to an engine speed of 2000 r/min." in page.read_text(encoding="utf-8")
-    True
+    Raises ArchiveError where it cannot be written. `captions` are by name of the figure; `different` has what makes the
+    valve another one than the paper's, see `apesim.studies.paper.subject.differences`.
     """
     verdicts = [claim.verdict for claim in claims]
     text = (

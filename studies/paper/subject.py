@@ -15,23 +15,9 @@ PAPERS = "the paper's valve"
 
 
 def differences(machine: Machine, sections: Sequence[str] = SECTIONS) -> list[str]:
-    """Find what makes a machine's valve another one than the paper's.
+    """Find what makes a machine's valve another one than the paper's, e.g. ``valve.stroke = 8 mm instead of 9 mm``.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    sections : sequence of str
-        Sections that are compared with the default machine's.
-
-    Returns
-    -------
-    list of str
-        ``valve.stroke = 8 mm instead of 9 mm``, one for each key.
-
-    Examples
-    --------
-    >>> differences(Machine().with_(valve_stroke="8 mm"))
-    ['valve.stroke = 8 mm instead of 9 mm']
+    There is one text for each key; `sections` are those compared with the default machine's.
     """
     cls, texts = type(machine), []
     for leaf, default in zip(schema(cls, machine), schema(cls), strict=True):
@@ -46,21 +32,7 @@ def differences(machine: Machine, sections: Sequence[str] = SECTIONS) -> list[st
 
 
 def engine_subject_of(machine: Machine) -> str:
-    """Say whose valve it is and in which engine, in one line; the paper prints no engine.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> engine_subject_of(Machine())
-    "the paper's valve in the default engine"
-    """
+    """Say whose valve it is and in which engine, in one line; the paper prints no engine."""
     different = differences(machine, ENGINE_SECTIONS)
     return f"another engine: {', '.join(different)}" if different else f"{PAPERS} in the default engine"
 
@@ -68,16 +40,6 @@ def engine_subject_of(machine: Machine) -> str:
 def subject_of(machine: Machine) -> str:
     """Say whose valve it is, in one line.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> subject_of(Machine().with_(valve_stroke="8 mm"))
     'another valve: valve.stroke = 8 mm instead of 9 mm'
     """

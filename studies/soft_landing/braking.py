@@ -33,22 +33,10 @@ time between two edges of a solenoid [s], number in `SOLENOIDS` of those it swit
 def front_of(brakes: np.ndarray, apart: float = 0.0, max_added: float = inf) -> np.ndarray:
     """Select the brakes that no other beats in both added time and seating speed.
 
-    Parameters
-    ----------
-    brakes : (n, 6) float array
-        Brakes with the columns from `BRAKE` on.
-    apart : float
-        Shortest time between two edges that is allowed [s].
-    max_added : float
-        Longest added time that is allowed [s].
+    `brakes` are (n, 6) with the columns from `BRAKE` on; `apart` is the shortest time between two edges, `max_added`
+    the longest added time that is allowed [s]. Added time ascends in the rows (m, 6), seating speed falls; the softest
+    is the last.
 
-    Returns
-    -------
-    (m, 6) float array
-        Added time ascending, seating speed falling; the softest is the last.
-
-    Examples
-    --------
     >>> brakes = np.array(
     ...     [
     ...         [8.72e-3, 9.46e-3, 0.9e-3, 0.04, 0.74e-3, 0],
@@ -68,31 +56,8 @@ def front_of(brakes: np.ndarray, apart: float = 0.0, max_added: float = inf) -> 
 def widest_soft(brakes: np.ndarray, unbraked: Landing, cost: float) -> np.ndarray:
     """Select the brake whose edges are farthest apart, of those that land softly (see `SOFT`) at a cost.
 
-    Parameters
-    ----------
-    brakes : (n, 6) float array
-        Brakes with the columns from `BRAKE` on.
-    unbraked : Landing
-        Landing without a brake.
-    cost : float
-        Longest added time that is allowed [s].
-
-    Returns
-    -------
-    (0 or 1, 6) float array
-        The brake; empty where none lands softly.
-
-    Examples
-    --------
-    >>> brakes = np.array(
-    ...     [
-    ...         [8.72e-3, 9.46e-3, 0.9e-3, 0.04, 0.74e-3, 0],
-    ...         [8.08e-3, 12.4e-3, 0.9e-3, 0.27, 4.31e-3, 1],
-    ...         [7.00e-3, 11.6e-3, 2.0e-3, 0.30, 4.60e-3, 1],
-    ...     ]
-    ... )
-    >>> widest_soft(brakes, Landing(5.7e-3, 11.5e-3, 1.54, True), cost=1e-3)[:, APART].tolist()
-    [0.00431]
+    `brakes` are (n, 6) with the columns from `BRAKE` on, `unbraked` is the landing without one, `cost` the longest
+    added time that is allowed [s]. The result is (1, 6), or (0, 6) where none lands softly.
     """
     soft = brakes[(brakes[:, ADDED] <= cost) & (brakes[:, SPEED] <= SOFT * unbraked.speed)]
     return soft[np.argsort(soft[:, APART])[-1:]]
@@ -101,25 +66,11 @@ def widest_soft(brakes: np.ndarray, unbraked: Landing, cost: float) -> np.ndarra
 def search(task: Task, unbraked: Landing, spacing: float, cost: float) -> np.ndarray:
     """Search brakes of a task's solenoids that complete the stroke and lower its seating speed.
 
-    Parameters
-    ----------
-    task : Task
-        Stroke that is to land softly.
-    unbraked : Landing
-        Landing of the same task without a brake.
-    spacing : float
-        Shortest time between two edges of a solenoid for which the search is refined [s]; closer edges are tried, too.
-    cost : float
-        Longest added time that is allowed [s].
+    `unbraked` is the landing of the task without a brake; `spacing` the shortest time between two edges of a solenoid
+    for which the search is refined [s], closer edges are tried, too; `cost` the longest added time that is allowed [s].
+    Returns (n, 6) with the columns from `BRAKE` on: all that were met, refined along the fronts for the given spacing,
+    for none and for `SPACINGS`.
 
-    Returns
-    -------
-    (n, 6) float array
-        Brakes with the columns from `BRAKE` on: all that were met, refined along the fronts for the given spacing, for
-        none and for `SPACINGS`.
-
-    Examples
-    --------
     >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.soft_landing.landing import land
     >>> task = Task(Machine(), 50e-3, "closing")
@@ -205,29 +156,12 @@ def sturdiest(
 ) -> tuple[tuple[float, float] | None, float]:
     """Find the brake with the lowest worst seating speed over several conditions, costing no more in any.
 
-    It starts from the best of the given brakes that begin on a grid, and moves by ever smaller steps for as long as the
-    worst speed falls.
+    It starts from the best of the given brakes, (n, 6) with the columns from `BRAKE` on, that begin on a grid, and
+    moves by ever smaller steps for as long as the worst speed falls. `conditions` are tasks of the same solenoids, each
+    with its unbraked landing; `spacing` is the shortest time between two edges of a solenoid, `cost` the longest added
+    time that is allowed [s]. Returns the edges after the command [s], None where no brake completes the stroke in every
+    condition at that cost, and the worst seating speed [m/s].
 
-    Parameters
-    ----------
-    conditions : sequence of (Task, Landing)
-        Tasks of the same solenoids, each with its unbraked landing.
-    brakes : (n, 6) float array
-        Brakes of those solenoids with the columns from `BRAKE` on.
-    spacing : float
-        Shortest time between two edges of a solenoid [s].
-    cost : float
-        Longest added time that is allowed [s].
-
-    Returns
-    -------
-    brake : pair of float or None
-        Its edges after the command [s]; None: no brake completes the stroke in every condition at that cost.
-    worst : float
-        Its worst seating speed [m/s].
-
-    Examples
-    --------
     >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.soft_landing.landing import land
     >>> task = Task(Machine(), 50e-3, "closing")

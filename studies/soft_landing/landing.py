@@ -56,24 +56,9 @@ class Task(NamedTuple):
         return 0.0 if self.stroke == OPENING else self.dwell
 
     def edges(self, brake: Edges) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Collect all edges of brakes in a run, for a brake of this stroke.
+        """Collect all edges [s] of brakes in a run, of solenoids A and B, for a brake of this stroke.
 
-        Parameters
-        ----------
-        brake : sequence of float
-            Its two edges after the command [s]; empty: no brake.
-
-        Returns
-        -------
-        edges_a, edges_b : tuple of float
-            Edges of solenoid A and of solenoid B [s].
-
-        Examples
-        --------
-        >>> task = Task(Machine(), 50e-3, "closing", ONLY_A)
-        >>> edges_a, edges_b = task.edges([8e-3, 12e-3])
-        >>> [round(edge, 6) for edge in edges_a], edges_b
-        ([0.058, 0.062], ())
+        `brake` has its two edges after the command [s]; empty: no brake.
         """
         times = tuple(self.command + edge for edge in brake)
         before_a, before_b = self.before
@@ -83,25 +68,8 @@ class Task(NamedTuple):
     def run(self, brake: Edges = (), until: float | None = None, sample: float = 1e-4) -> BenchRun:
         """Run the bench with a brake.
 
-        Parameters
-        ----------
-        brake : sequence of float
-            Its two edges after the command [s]; empty: no brake.
-        until : float, optional
-            End of the run [s]; the end of the closing if left out.
-        sample : float
-            Time between two rows of the trace [s].
-
-        Returns
-        -------
-        BenchRun
-            March of the bench.
-
-        Examples
-        --------
-        >>> run = Task(Machine(), 50e-3, "opening").run(until=20e-3)
-        >>> run.trace.shape, round(float(run.trace[-1, 0]), 6)  # the valve is open [m]
-        ((201, 6), 0.009)
+        `brake` has its two edges after the command [s]; empty: no brake. The run ends at `until` [s], at the end of the
+        closing if left out; the rows of the trace are `sample` [s] apart.
         """
         edges_a, edges_b = self.edges(brake)
         return run_bench(self.machine, self.dwell, until, sample=sample, brakes=edges_a, brakes_b=edges_b)
@@ -148,13 +116,6 @@ class Lander:
 
     All closings have the same opening, and strokes whose brakes begin at the same time are the same up to then.
 
-    Parameters
-    ----------
-    task : Task
-        Stroke to run.
-
-    Examples
-    --------
     >>> lander = Lander(Task(Machine(), 50e-3, "closing"))
     >>> landings = [lander.land((8.72e-3, release)) for release in (9.46e-3, 9.6e-3)]
     >>> [round(landing.speed, 2) for landing in landings]  # [m/s]
@@ -200,21 +161,7 @@ class Lander:
     def fly(self, brake: Edges = ()) -> "_Flight":
         """Begin a run with a brake, where it first acts; without one at the command of the stroke.
 
-        Parameters
-        ----------
-        brake : sequence of float
-            Its two edges after the command [s]; empty: no brake.
-
-        Returns
-        -------
-        _Flight
-            Run of the stroke, to be marched on.
-
-        Examples
-        --------
-        >>> flight = Lander(Task(Machine(), 50e-3, "closing")).fly((8.72e-3, 9.46e-3))
-        >>> round(flight.at.time, 5), flight.land(50e-3).stays  # [s]
-        (0.05872, True)
+        `brake` has its two edges after the command [s]; empty: no brake. The flight returned is to be marched on.
         """
         begin = max(0.0, min(brake[0], self.task.dwell) + self._ahead) if len(brake) else 0.0
         if begin not in self._begins:
@@ -223,24 +170,9 @@ class Lander:
         return _Flight(self, brake, self._begins[begin])
 
     def land(self, brake: Edges = (), within: float = inf) -> Landing:
-        """Run the stroke to the end of its dwell, or no farther than a time after its command.
+        """Run the stroke to the end of its dwell, or no farther than `within` [s] after its command.
 
-        Parameters
-        ----------
-        brake : sequence of float
-            Its two edges after the command [s]; empty: no brake.
-        within : float
-            Longest time after the command that is run [s].
-
-        Returns
-        -------
-        Landing
-            Contact, highest speed at a contact, and whether the piston stays.
-
-        Examples
-        --------
-        >>> Lander(Task(Machine(), 50e-3, "closing")).land().stays
-        True
+        `brake` has the brake's two edges after the command [s]; empty: no brake.
         """
         until = min(self.task.dwell, within)
         acts = len(brake) and brake[0] + self._ahead < until
@@ -248,16 +180,9 @@ class Lander:
 
 
 class _Flight:
-    """Run of a stroke with a brake, which goes on as far as it is asked to.
+    """Run of a stroke from the point `at` with a brake, which goes on as far as it is asked to.
 
-    Parameters
-    ----------
-    lander : Lander
-        Bench of the stroke.
-    brake : sequence of float
-        Its two edges after the command [s]; empty: no brake.
-    at : Point
-        Where the run begins.
+    `brake` has its two edges after the command [s]; empty: no brake.
     """
 
     def __init__(self, lander: Lander, brake: Edges, at: Point) -> None:
@@ -285,24 +210,10 @@ class _Flight:
 
 
 def land(task: Task, brake: Edges = (), within: float = inf) -> Landing:
-    """Run a stroke to the end of its dwell, or no farther than a time after its command.
+    """Run a stroke to the end of its dwell, or no farther than `within` [s] after its command.
 
-    Parameters
-    ----------
-    task : Task
-        Stroke to run.
-    brake : sequence of float
-        Its two edges after the command [s]; empty: no brake.
-    within : float
-        Longest time after the command that is run [s].
+    `brake` has the brake's two edges after the command [s]; empty: no brake.
 
-    Returns
-    -------
-    Landing
-        Contact, highest speed at a contact, and whether the piston stays.
-
-    Examples
-    --------
     >>> task = Task(Machine(), 50e-3, "closing")
     >>> plain, braked = land(task), land(task, (8.72e-3, 9.46e-3))
     >>> round(plain.speed, 2), braked.speed < 0.1, braked.stays  # [m/s]
@@ -312,23 +223,8 @@ def land(task: Task, brake: Edges = (), within: float = inf) -> Landing:
 
 
 def apart_of(task: Task, brake: Edges) -> float:
-    """Find the shortest time between two edges of a solenoid that a brake switches.
+    """Find the shortest time [s] between two edges of a solenoid that a brake switches.
 
-    Parameters
-    ----------
-    task : Task
-        Stroke with the brake; its command edges count, too.
-    brake : sequence of float
-        Its two edges after the command [s].
-
-    Returns
-    -------
-    float
-        Time [s].
-
-    Examples
-    --------
-    >>> round(1e3 * apart_of(Task(Machine(), 50e-3, "closing"), (8.72e-3, 9.46e-3)), 6)  # [ms]
-    0.74
+    The command edges of the stroke count, too; `brake` has its two edges after the command [s].
     """
     return round(min(brake[0], brake[1] - brake[0], task.dwell - brake[1]), 9)

@@ -51,35 +51,10 @@ def archive_of(
     command: str = "",
     solenoids: Sequence[str] = SOLENOIDS,
 ) -> Archive:
-    """Store brakes as an archive; a run is a pressure.
+    """Store brakes as an archive; a run is a pressure, and NaN stands where there is no brake.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine whose text goes into the archive.
-    results : sequence of Result
-        Opening and closing for each pressure.
-    spacing : float
-        Shortest time between two edges of a solenoid [s].
-    cost : float
-        Longest added time that is allowed [s].
-    command : str
-        The command line, which the archive keeps.
-    solenoids : sequence of str
-        Ways to brake that were tried, see `apesim.studies.soft_landing.strokes.soft_landings`.
-
-    Returns
-    -------
-    Archive
-        Landings, fronts, chosen brakes and traces of both strokes; NaN where there is no brake.
-
-    Examples
-    --------
-    >>> from apesim.studies.soft_landing.strokes import soft_landings
-    >>> results = soft_landings(Machine(), [0.12e6], 287.0, dwell=50e-3)  # too little pressure to move the piston
-    >>> archive = archive_of(Machine(), results, spacing=4e-3, cost=1e-3)
-    >>> archive.variables["opening_within_spacing_softest_speed"].values
-    array([nan])
+    `results` has opening and closing for each pressure; `spacing` is the shortest time between two edges of a solenoid
+    [s], `cost` the longest added time allowed [s], `solenoids` the ways to brake that were tried.
     """
     openings = [result for result in results if result.task.stroke == OPENING]
     controls = [result.task.machine.supply.control() for result in openings]
@@ -191,23 +166,10 @@ def _kept_brakes(result: Result, spacing: float, cost: float) -> np.ndarray:
 
 
 def strokes_of(archive: Archive, machine: Machine) -> tuple[Result, ...]:
-    """Read the strokes of an archive that was written from them.
+    """Read the strokes of an archive of `archive_of`: opening and closing for each pressure.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive of `archive_of`.
-    machine : Machine
-        Its machine.
+    Of all brakes that were tried they hold those on the fronts; the delay of a landing, which nothing asks for, is NaN.
 
-    Returns
-    -------
-    tuple of Result
-        Opening and closing for each pressure. Of all brakes that were tried they hold those on the fronts; the delay
-        of a landing, which nothing asks for, is NaN.
-
-    Examples
-    --------
     >>> from apesim.studies.soft_landing.strokes import soft_landings
     >>> results = soft_landings(Machine(), [0.12e6], 287.0, dwell=50e-3)  # too little pressure to move the piston
     >>> strokes = strokes_of(archive_of(Machine(), results, spacing=4e-3, cost=1e-3), Machine())

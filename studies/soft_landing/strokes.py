@@ -106,21 +106,7 @@ def _lowest_speed(log: np.ndarray, command: float, contact: float) -> float:
 def conditions_of(task: Task) -> list[tuple[Task, Landing]]:
     """Set a task to every pressure factor and temperature offset, and land it there without a brake.
 
-    Parameters
-    ----------
-    task : Task
-        Stroke at its own pressure and temperature.
-
-    Returns
-    -------
-    list of (Task, Landing)
-        Tasks row by row, a row for each of `FACTORS`, a column for each of `OFFSETS`; each with its unbraked landing.
-
-    Examples
-    --------
-    >>> conditions = conditions_of(Task(Machine(), 50e-3, "closing"))
-    >>> [round(1e3 * landing.contact, 1) for _, landing in conditions[::4]]  # [ms]
-    [11.7, 11.5, 11.3]
+    The result is row by row: a row for each of `FACTORS`, a column for each of `OFFSETS`.
     """
     pressure, temperature = task.machine.supply.control()
     ambient = task.machine.ambient.pressure
@@ -233,39 +219,12 @@ def soft_landings(
     solenoids: Sequence[str] = SOLENOIDS,
     jobs: int | None = 1,
 ) -> list[Result]:
-    """Find brakes of both strokes over pressure.
+    """Find brakes of both strokes over pressure: opening and closing for each of `pressures` [Pa abs].
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with the valve.
-    pressures : sequence of float
-        Pressures of the control air [Pa abs].
-    temperature : float
-        Temperature of the control air [K].
-    dwell : float
-        Time from each command edge to the next [s].
-    spacing : float
-        Shortest time between two edges of a solenoid [s].
-    cost : float
-        Longest time that a brake may add to a stroke, command edge to contact [s].
-    report : function, optional
-        Called with how much is done, and how much there is in all, in searches of one brake each.
-    solenoids : sequence of str
-        Ways to brake that are tried, of `apesim.studies.soft_landing.landing.SOLENOIDS`.
-    jobs : int or None
-        Number of processes; None: as many as the work is worth. It does not change the results.
-
-    Returns
-    -------
-    list of Result
-        Opening and closing for each pressure; the closing follows an opening with its best brake.
-
-    Examples
-    --------
-    >>> results = soft_landings(Machine(), [0.12e6], 287.0, dwell=50e-3)  # too little pressure to move the piston
-    >>> [(result.task.stroke, result.unbraked.stays, result.best) for result in results]
-    [('opening', False, None), ('closing', False, None)]
+    The closing follows an opening with its best brake. `temperature` of the control air [K], `dwell` from each command
+    edge to the next [s], shortest `spacing` between two edges of a solenoid [s], `cost` that a brake may add from
+    command to contact [s]; `report` gets the searches done and in all; `jobs` is the number of processes (None: as many
+    as the work is worth) and does not change the results.
     """
     machines = [with_control_air(machine, pressure, temperature) for pressure in pressures]
     before = [Task(machine, dwell, STROKES[0]).before for machine in machines]
@@ -293,29 +252,9 @@ def soft_landings(
 def faults_of(
     results: Sequence[Result], spacing: float, cost: float, solenoids: Sequence[str] = SOLENOIDS
 ) -> list[str]:
-    """Write one line for each stroke that is not completed, or that no brake within the spacing softens at that cost.
+    """Write a line for each stroke that is not completed, or that no brake softens within the spacing at that cost.
 
-    Parameters
-    ----------
-    results : sequence of Result
-        Strokes at each pressure.
-    spacing : float
-        Shortest time between two edges of a solenoid [s].
-    cost : float
-        Longest added time that is allowed [s].
-    solenoids : sequence of str
-        Ways to brake that were tried.
-
-    Returns
-    -------
-    list of str
-        Each line names pressure and stroke, and says what is the matter.
-
-    Examples
-    --------
-    >>> results = soft_landings(Machine(), [0.12e6], 287.0, dwell=50e-3)
-    >>> faults_of(results, SPACING, 1e-3)[0]
-    '0.0187 MPa gauge, opening: not completed even without a brake; try more pressure or a longer pulse'
+    `spacing` is the shortest time between two edges of a solenoid [s], `cost` the longest added time allowed [s].
     """
     names = {BOTH: "both solenoids at once", ONLY_A: "solenoid A alone", ONLY_B: "solenoid B alone"}
     which = "" if len(solenoids) == len(SOLENOIDS) else " of " + " or ".join(names[name] for name in solenoids)

@@ -19,30 +19,10 @@ BRAKE_HEADER = (
 
 
 def stroke_json(result: Result, spacing: float, cost: float) -> dict[str, Any]:
-    """Lay out the brakes of a stroke at one pressure, for JSON.
+    """Lay out the brakes of a stroke at one pressure, for JSON; None where there is no brake.
 
-    Parameters
-    ----------
-    result : Result
-        Brakes of the stroke.
-    spacing : float
-        Shortest time between two edges of a solenoid [s].
-    cost : float
-        Longest added time that is allowed [s].
-
-    Returns
-    -------
-    dict
-        Conditions, unbraked landing, chosen brakes and fronts; None where there is no brake.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.soft_landing.strokes import soft_landings
-    >>> results = soft_landings(Machine(), [0.12e6], 287.0, dwell=50e-3)  # too little pressure to move the piston
-    >>> data = stroke_json(results[0], spacing=4e-3, cost=1e-3)
-    >>> data["stroke"], data["reachable"], data["within_spacing"]
-    ('opening', False, {'softest': None, 'sturdy': None})
+    The object has conditions, unbraked landing, chosen brakes and fronts; `spacing` is the shortest time between two
+    edges of a solenoid [s], `cost` the longest added time allowed [s].
     """
     pressure, temperature = result.task.machine.supply.control()
     wide = widest_soft(result.brakes, result.unbraked, cost)
@@ -117,24 +97,11 @@ def _pattern(result: Result, choice: Choice | None) -> dict[str, Any] | None:
 
 
 def landing_tables(results: Sequence[Result], spacing: float, cost: float) -> Iterator[Table | str]:
-    """Lay out the tables that the console shows: strokes without a brake, the best brakes, and what the columns are.
+    """Yield the tables of the console: strokes without a brake, the best brakes, and what the columns are.
 
-    Parameters
-    ----------
-    results : sequence of Result
-        Brakes of each stroke at each pressure.
-    spacing : float
-        Shortest time between two edges of a solenoid [s].
-    cost : float
-        Longest added time that is allowed [s].
+    Lines stand where there is no table to show; `spacing` is the shortest time between two edges of a solenoid [s],
+    `cost` the longest added time allowed [s].
 
-    Yields
-    ------
-    rich.table.Table or str
-        Tables, and lines where there is no table to show.
-
-    Examples
-    --------
     >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.soft_landing.strokes import soft_landings
     >>> results = soft_landings(Machine(), [0.12e6], 287.0, dwell=50e-3)  # too little pressure to move the piston

@@ -56,61 +56,11 @@ def complete(
     to_archive: Callable[[list[Point], Any], Archive],
     report: Callable[[int, int], Any],
 ) -> Completion:
-    """Compute the points of a sweep that no shard holds, and write them as shards.
+    """Compute the points of a sweep that no shard holds, and write them as shards into `folder`.
 
-    Points that died with their worker are computed once more, each by itself; see also `MAX_DEATHS`.
-
-    Parameters
-    ----------
-    folder : path
-        Folder of the shards.
-    points : sequence of Point
-        All points that the archive is to hold.
-    plan_hash : str
-        Hash of the sweep, see `apesim.archive.shards.plan_hash`.
-    run : function
-        Takes lists of points; returns a generator that yields each list with its results, or with None where it killed
-        its worker.
-    to_archive : function
-        Makes an archive from a list of points and its results.
-    report : function
-        Called with the number of points that are done and the number of all.
-
-    Returns
-    -------
-    Completion
-        All results, and what is missing.
-
-    Raises
-    ------
-    ArchiveError
-        A shard cannot be written, or the folder holds one of another sweep.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from apesim.engine.cylinder import IDEAL_VALVE
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.execution.pool import run_tasks
-    >>> from apesim.studies.sweep.compute import compute
-    >>> from apesim.studies.sweep.plan import plan
-    >>> from apesim.studies.sweep.results import archive_of
-    >>> from apesim.studies.sweep.variation import Variation
-    >>> variation, provenance = Variation((), (Machine(),)), {"plan_hash": "0" * 64, "runs_planned": "1"}
-    >>> points = plan(variation, [94.0], [IDEAL_VALVE]).points
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     completion = complete(
-    ...         folder,
-    ...         points,
-    ...         provenance["plan_hash"],
-    ...         run=lambda chunks: run_tasks(compute, chunks, 1),
-    ...         to_archive=lambda chunk, results: archive_of(chunk, results, variation, "", provenance),
-    ...         report=print,
-    ...     )
-    0 1
-    1 1
-    >>> len(completion.parts), completion.fault
-    (1, None)
+    `run` takes lists of points and yields each list with its results, or with None where it killed its worker; such
+    points are computed once more, each by itself (see `MAX_DEATHS`). `report` gets the numbers of points done and of
+    all. Raises ArchiveError where a shard cannot be written, or the folder holds one of another sweep.
     """
     shards, runs = read_shards(folder, plan_hash), {point.run for point in points}
     done, tally = runs.intersection(shards.done), _Tally()
@@ -139,32 +89,8 @@ def complete(
 def keep(archive: Archive, save: Callable[[Archive], Path]) -> Path:
     """Save an archive; where that fails, the error says that all finished shards are kept.
 
-    Parameters
-    ----------
-    archive : Archive
-        What is saved.
-    save : function
-        Takes the archive, writes it and returns its path.
-
-    Returns
-    -------
-    Path
-        Path of the file that was written.
-
-    Raises
-    ------
-    ArchiveError
-        The archive cannot be written; its remedy names ``--resume``.
-
-    Examples
-    --------
-    >>> def save(archive):
-    ...     raise ArchiveError("sweep.h5", "cannot be written: no space left", "choose another --out")
-    >>> try:
-    ...     keep(Archive("", {}, {}), save)
-    ... except ArchiveError as error:
-    ...     error.remedy
-    'choose another --out; what is done is kept, go on with --resume'
+    `save` writes the archive and returns its path. Raises ArchiveError, whose remedy names ``--resume``, where it
+    cannot.
     """
     try:
         return save(archive)
@@ -174,45 +100,15 @@ def keep(archive: Archive, save: Callable[[Archive], Path]) -> Path:
 
 
 def seconds_of(points: Iterable[Point]) -> float:
-    """Estimate the computing time of some operating points in one process.
-
-    Parameters
-    ----------
-    points : iterable of Point
-        Points, with fixed or corrected timing.
-
-    Returns
-    -------
-    float
-        Sum of `SECONDS_A_POINT` [s].
-
-    Examples
-    --------
-    >>> from apesim.engine.cylinder import IDEAL_VALVE
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.sweep.plan import plan
-    >>> from apesim.studies.sweep.variation import Variation
-    >>> variation = Variation((), (Machine(),))
-    >>> seconds_of(plan(variation, [94.0, 126.0], [IDEAL_VALVE]).points)
-    0.06
-    """
+    """Estimate the computing time [s] of some operating points in one process, as the sum of `SECONDS_A_POINT`."""
     return sum(SECONDS_A_POINT[point.timing] for point in points)
 
 
 class _ShardInWork:
     """Results that wait until they are worth a shard; leaving the context writes those that still wait.
 
-    Parameters
-    ----------
-    to_archive, save : function
-        Make an archive from points and results, and write it, see `complete`.
-    seconds : float
-        Estimated computing time of the points that are written already [s].
-
-    Attributes
-    ----------
-    parts : list of Archive
-        What was written.
+    `to_archive` and `save` make an archive and write it (see `complete`), `seconds` is the estimated computing time of
+    the points written already [s], and `parts` has the archives that were written.
     """
 
     def __init__(

@@ -29,32 +29,11 @@ NOT_JUDGED = -1
 
 
 def compute(points: Sequence[Point], traces: bool = True) -> list[tuple[dict[str, Any], np.ndarray | None]]:
-    """Run operating points, one after the other, each to its periodic state.
+    """Run operating points, one after the other, each to its periodic state; return their scalars and traces.
 
-    Parameters
-    ----------
-    points : sequence of Point
-        Points to run.
-    traces : bool
-        Whether traces are returned; they are nearly all of the memory that results take.
-
-    Returns
-    -------
-    list of (dict, (721, 11) float array or None)
-        For each point its scalars by their names in archives, and its trace: a row every half degree of crank angle
-        over one turn, the columns as in `apesim.engine.cycle.rates.TRACE`. Indicators and trace are NaN where the point
-        failed or its timing is out of reach.
-
-    Examples
-    --------
-    >>> from apesim.engine.cylinder import IDEAL_VALVE
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.sweep.plan import plan
-    >>> from apesim.studies.sweep.variation import Variation
-    >>> variation = Variation((), (Machine(),))
-    >>> [(scalars, trace)] = compute(plan(variation, [94.0], [IDEAL_VALVE]).points)
-    >>> round(float(scalars["brake_torque_Nm"]), 1), trace.shape
-    (40.6, (721, 11))
+    A trace is (721, 11): a row every half degree of crank angle over one turn, columns as in
+    `apesim.engine.cycle.rates.TRACE`; without `traces`, nearly all of the memory of the results, it is None. Indicators
+    and trace are NaN where the point failed or its timing is out of reach.
     """
     results = [_result(point) for point in points]
     return [(scalars, trace if traces else None) for scalars, trace in results]
@@ -86,19 +65,9 @@ def _result(point: Point) -> tuple[dict[str, Any], np.ndarray]:
 
 
 def _rows_before(angle: float) -> tuple[int, float]:
-    """Find the row of the traces at which the samples of a cycle begin.
+    """Find the row of the traces at which the samples of a cycle begin, `angle` [rad] after the first row.
 
-    Parameters
-    ----------
-    angle : float
-        Crank angle from the first row of the traces to the start of the cycle [rad].
-
-    Returns
-    -------
-    row : int
-        Row of the first sample.
-    trace_start : float
-        Crank angle of that sample from the start of the cycle [rad], in 0...`ANGLE_STEP`.
+    Also return the crank angle of that sample from the start of the cycle [rad], in 0...`ANGLE_STEP`.
     """
     place = int(np.ceil(angle / ANGLE_STEP - 1e-9))
     return place % ROWS, max(0.0, place * ANGLE_STEP - angle)

@@ -54,20 +54,9 @@ class Plan(NamedTuple):
 def actuations_of(intakes: Sequence[int], timings: Sequence[int]) -> list[str]:
     """Name the actuations that intakes and timings make: only an electro-pneumatic valve has commands to correct.
 
-    Parameters
-    ----------
-    intakes : sequence of int
-        Codes of `apesim.engine.cylinder.INTAKES`.
-    timings : sequence of int
-        Codes of `TIMINGS`; they count for the electro-pneumatic valve only.
+    The names of `ACTUATIONS` come in the order of the intakes, whose codes are those of
+    `apesim.engine.cylinder.INTAKES`; `timings` has codes of `TIMINGS`.
 
-    Returns
-    -------
-    list of str
-        Names in `ACTUATIONS`, in the order of the intakes.
-
-    Examples
-    --------
     >>> actuations_of([EPV, CAM], TIMINGS)
     ['epv', 'epv corrected', 'cam']
     """
@@ -79,26 +68,11 @@ def actuations_of(intakes: Sequence[int], timings: Sequence[int]) -> list[str]:
 def plan(
     variation: Variation, speeds: Sequence[float], intakes: Sequence[int], timings: Sequence[int] = (FIXED,)
 ) -> Plan:
-    """Plan the operating points of a sweep: every actuation, every machine, every speed.
+    """Plan the operating points of a sweep: every actuation, every machine, every speed [rad/s].
 
-    Parameters
-    ----------
-    variation : Variation
-        Machines, and the keys in which they differ.
-    speeds : sequence of float
-        Speeds of the crankshaft [rad/s].
-    intakes : sequence of int
-        Codes of `apesim.engine.cylinder.INTAKES`.
-    timings : sequence of int
-        Codes of `TIMINGS` for the electro-pneumatic valve.
+    Points are numbered from 0; speeds vary fastest, then machines, then actuations. `intakes` has codes of
+    `apesim.engine.cylinder.INTAKES`; `timings` has codes of `TIMINGS` and counts for the electro-pneumatic valve only.
 
-    Returns
-    -------
-    Plan
-        Points numbered from 0; speeds vary fastest, then machines, then actuations.
-
-    Examples
-    --------
     >>> variation = Variation((), (Machine(),))
     >>> planned = plan(variation, [TURN * 10.0, TURN * 15.0], [EPV, CAM])
     >>> [(point.run, rpm(point.speed), actuation_of(point)) for point in planned.points]
@@ -122,65 +96,20 @@ def plan(
 
 
 def rpm(speed: float) -> float:
-    """Convert a speed to revolutions per minute, without the rounding noise of the conversion.
-
-    Parameters
-    ----------
-    speed : float
-        Speed [rad/s].
-
-    Returns
-    -------
-    float
-        Speed [r/min], rounded to 12 significant digits.
-
-    Examples
-    --------
-    >>> rpm(TURN * 15.0)
-    900.0
-    """
+    """Convert a speed [rad/s] to [r/min], rounded to 12 digits against the rounding noise of the conversion."""
     return float(f"{speed / TURN * 60.0:.12g}")
 
 
 def actuation_of(point: Point) -> int:
-    """Code the actuation of an operating point, as archives hold it.
-
-    Parameters
-    ----------
-    point : Point
-        Point of a sweep.
-
-    Returns
-    -------
-    int
-        Place of its intake and timing in `ACTUATIONS`, from 0.
-
-    Examples
-    --------
-    >>> [point] = plan(Variation((), (Machine(),)), [94.0], [CAM]).points
-    >>> list(ACTUATIONS)[actuation_of(point)]
-    'cam'
-    """
+    """Code the actuation of an operating point, as archives hold it: its place in `ACTUATIONS`, from 0."""
     return list(ACTUATIONS.values()).index((point.machine.engine.intake, point.timing))
 
 
 def in_one_unit(texts: Sequence[str]) -> tuple[Sequence[str], str]:
-    """Split the texts of an axis into numbers and the unit that all of them share.
+    """Split the texts of an axis into numbers and the unit that all of them share ("" if there is none).
 
-    Parameters
-    ----------
-    texts : sequence of str
-        Values of the axis, e.g. "0.6 MPa gauge".
+    The texts stay unchanged if they are no numbers or their units differ.
 
-    Returns
-    -------
-    numbers : sequence of str
-        Numbers as they are written; the texts unchanged, if they are no numbers or their units differ.
-    unit : str
-        The unit; "" if there is none.
-
-    Examples
-    --------
     >>> in_one_unit(["600 r/min", "900 r/min"])
     (['600', '900'], 'r/min')
     >>> in_one_unit(["ideal", "thermally_perfect"])

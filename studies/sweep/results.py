@@ -54,38 +54,10 @@ def archive_of(
     machine: str,
     provenance: dict[str, str],
 ) -> Archive:
-    """Store the results of some operating points of a sweep as an archive.
+    """Store the results of some operating points of a sweep, at least one, as an archive with a run for each.
 
-    Parameters
-    ----------
-    points : sequence of Point
-        At least one.
-    results : sequence of (mapping, float array or None)
-        Scalars and trace of each point, or no trace of any, see `apesim.studies.sweep.compute.compute`.
-    variation : Variation
-        Variation from which the machines of the points are taken.
-    machine : str
-        TOML text of the machine before anything is varied.
-    provenance : dict of str
-        Where the results come from: command, hashes, number of planned runs.
-
-    Returns
-    -------
-    Archive
-        A run for each point; scalars over runs, and traces, if there are any, over runs and crank angle [deg].
-
-    Examples
-    --------
-    >>> from apesim.engine.cylinder import IDEAL_VALVE
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.sweep.plan import plan
-    >>> from apesim.studies.sweep.variation import Variation
-    >>> variation = Variation((), (Machine(),))
-    >>> from apesim.studies.sweep.compute import compute
-    >>> points = plan(variation, [94.0], [IDEAL_VALVE]).points
-    >>> archive = archive_of(points, compute(points), variation, Machine().to_toml(), {"runs_planned": "1"})
-    >>> archive.variables["cylinder_pressure"].values.shape
-    (1, 721)
+    `results` are those of `apesim.studies.sweep.compute.compute`, with a trace of each point or of none; `machine` is
+    the TOML text before anything is varied; traces are stored over crank angle [deg].
     """
     scalars = [scalars for scalars, _ in results]
     traces = [trace for _, trace in results if trace is not None]
@@ -178,44 +150,13 @@ def _warnings(scalars: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
 
 
 def flagged(archive: Archive, warning: EngineWarning) -> np.ndarray:
-    """Find the runs of a sweep that have a given warning.
-
-    Parameters
-    ----------
-    archive : Archive
-        Archive of a sweep of n runs.
-    warning : EngineWarning
-        Kind of the warning.
-
-    Returns
-    -------
-    (n,) bool array
-        True where the run has the warning; False where it has no results.
-
-    Examples
-    --------
-    >>> flag = column([False, True], "1", EngineWarning.OPENS_PARTLY.summary)
-    >>> flagged(Archive("", {}, {"warning_opens_partly": flag}), EngineWarning.OPENS_PARTLY).tolist()
-    [False, True]
-    """
+    """Find the runs of a sweep that have a given warning, as a (runs,) mask; False where a run has no results."""
     return archive.variables[WARNING_FLAGS[warning]].values == 1
 
 
 def has_incomplete_stroke(archive: Archive) -> np.ndarray:
-    """Find the runs of a sweep whose valve does not open fully and close fully in every cycle.
+    """Find the runs of a sweep whose valve does not open fully and close fully in every cycle, as a (runs,) mask.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive of a sweep of n runs.
-
-    Returns
-    -------
-    (n,) bool array
-        True where the run has any warning of an incomplete stroke.
-
-    Examples
-    --------
     >>> columns = {flag: column([False, False], "1", flag) for flag in WARNING_FLAGS.values()}
     >>> columns["warning_opens_partly"] = column([False, True], "1", EngineWarning.OPENS_PARTLY.summary)
     >>> has_incomplete_stroke(Archive("", {}, columns)).tolist()
@@ -227,29 +168,7 @@ def has_incomplete_stroke(archive: Archive) -> np.ndarray:
 def warnings_of(archive: Archive) -> list[str]:
     """Write one line for each kind of warning that runs of a sweep have.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive of a sweep.
-
-    Returns
-    -------
-    list of str
-        Each line says what is wrong, in how many runs, in which first, and the flag to look for in the archive.
-
-    Examples
-    --------
-    >>> provenance = {"axes": '{"actuation": ["epv"], "speed_rpm": ["600 r/min", "1800 r/min"]}'}
-    >>> columns = {
-    ...     "run": column([0, 1], "1", "number of the run"),
-    ...     "actuation": column([0, 0], "1", "what moves the intake"),
-    ...     "speed_rpm": column([600.0, 1800.0], "r/min", "speed"),
-    ...     **{flag: column([False, False], "1", flag) for flag in WARNING_FLAGS.values()},
-    ... }
-    >>> columns["warning_opens_partly"] = column([False, True], "1", EngineWarning.OPENS_PARTLY.summary)
-    >>> [line] = warnings_of(Archive("", provenance, columns))
-    >>> line.partition(": ")[2]
-    '1 of 2 runs, the first is run 1 (epv, 1800 r/min); in the archive: warning_opens_partly'
+    It says what is wrong, in how many runs, in which first, and the flag to look for in the archive.
     """
     lines, names = [], names_of(archive)
     for warning, flag in WARNING_FLAGS.items():
@@ -262,29 +181,7 @@ def warnings_of(archive: Archive) -> list[str]:
 
 
 def names_of(archive: Archive) -> list[str]:
-    """Name each run of a sweep in words: "epv corrected, supply_pressure 1 MPa gauge, 600 r/min".
-
-    Parameters
-    ----------
-    archive : Archive
-        Archive of a sweep.
-
-    Returns
-    -------
-    list of str
-        A name for each run, in the order of the runs.
-
-    Examples
-    --------
-    >>> provenance = {"axes": '{"actuation": ["epv"], "speed_rpm": ["600 r/min", "1800 r/min"]}'}
-    >>> columns = {
-    ...     "run": column([0, 1], "1", "number of the run"),
-    ...     "actuation": column([0, 0], "1", "what moves the intake"),
-    ...     "speed_rpm": column([600.0, 1800.0], "r/min", "speed"),
-    ... }
-    >>> names_of(Archive("", provenance, columns))
-    ['epv, 600 r/min', 'epv, 1800 r/min']
-    """
+    """Name each run of a sweep in words: "epv corrected, supply_pressure 1 MPa gauge, 600 r/min"."""
     columns = []
     for (name, texts), places in zip(axes_of(archive).items(), places_of(archive), strict=True):
         before = "" if name in ("actuation", "speed_rpm") else f"{name} "
@@ -295,30 +192,7 @@ def names_of(archive: Archive) -> list[str]:
 def faults_of(archive: Archive) -> list[str]:
     """Write one line for each point that is out of reach, failed or did not reach a periodic state.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive of a sweep.
-
-    Returns
-    -------
-    list of str
-        Each line names the run and says what is wrong, and a remedy where there is one.
-
-    Examples
-    --------
-    >>> provenance = {"axes": '{"actuation": ["epv"], "speed_rpm": ["600 r/min", "1800 r/min"]}'}
-    >>> columns = {
-    ...     "run": column([0, 1], "1", "number of the run"),
-    ...     "actuation": column([0, 0], "1", "what moves the intake"),
-    ...     "speed_rpm": column([600.0, 1800.0], "r/min", "speed"),
-    ...     "timing_reason": column([NOT_ASKED, NOT_ASKED], "1", "whether the corrected timing is in reach"),
-    ...     "status": column([Status.DONE, Status.DONE], "1", "how the march ended"),
-    ...     "converged": column([True, False], "1", "whether the state repeats"),
-    ...     "cycles": column([31, 600], "1", "cycles marched"),
-    ... }
-    >>> faults_of(Archive("", provenance, columns))
-    ['run 1 (epv, 1800 r/min): not periodic after 600 cycles; its state still changes']
+    It names the run, says what is wrong, and gives a remedy where there is one.
     """
     v = {name: archive.variables[name].values for name in ("run", "timing_reason", "status", "converged", "cycles")}
     lines = []

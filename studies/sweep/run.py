@@ -72,63 +72,18 @@ def run_sweep(
     report: Callable[[int, int], Any] | None = None,
     warm_up: Callable[..., Any] = operator.call,
 ) -> SweepResult:
-    """Run a sweep and write its archive; what is finished survives a kill.
+    """Run a sweep and write its archive `out`; what is finished survives a kill.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine to run; its text goes into the archive.
-    speeds : sequence of float
-        Speeds of the crankshaft [rad/s].
-    intakes : sequence of int
-        Codes of `apesim.engine.cylinder.INTAKES`.
-    out : path
-        The archive to write.
-    timings : sequence of int
-        `FIXED` and `CORRECTED` commands of the electro-pneumatic valve.
-    variation : Variation, optional
-        Machines to run instead of `machine`, see `apesim.studies.sweep.variation.vary`.
-    traces : bool
-        Keep the traces over crank angle, too; without them an archive takes some hundredth of the room.
-    jobs : int, optional
-        Number of processes; as many as the work is worth if left out.
-    cluster : distributed.Client, optional
-        Cluster that computes instead of this machine, see `apesim.studies.execution.cluster.connected`.
-    shard : (int, int), optional
-        (i, N): only every N-th point from the i-th, i = 1...N; ``apesim archive merge`` joins the archives.
-    resume : bool
-        Go on with the shards of a sweep that was interrupted; one that is finished stays as it is.
-    overwrite : bool
-        Replace an archive or shards that are there.
-    command : str
-        The command line, which the archive keeps.
-    report : function, optional
-        Called with the number of points that are done and the number of all, whenever some are done.
-    warm_up : function
-        Called with a function and its arguments, and calls it: a few points, for which the model may have to be
-        compiled. Its time does not count.
-
-    Returns
-    -------
-    SweepResult
-        The archive, and a line for each point without a good result.
-
-    Raises
-    ------
-    ArchiveError
-        The target exists, or another process writes it, or it cannot be written, or a share has no points, or the
-        archive would be too large to be read.
-    IncompleteError
-        Not one of the runs could be computed.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from apesim.engine.cylinder import IDEAL_VALVE
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     done = run_sweep(Machine(), [94.0], [IDEAL_VALVE], f"{folder}/sweep.h5", jobs=1)
-    ...     done.path.name, len(done.archive.runs), done.faults
-    ('sweep.h5', 1, [])
+    `speeds` are in [rad/s], `intakes` and `timings` are codes, and `variation` (see
+    `apesim.studies.sweep.variation.vary`) runs instead of `machine`. Without `traces` an archive takes some hundredth
+    of the room. `jobs` None: as many processes as the work is worth; a `cluster` (see
+    `apesim.studies.execution.cluster.connected`) computes instead of this machine; `shard` (i, N) takes every N-th
+    point from the i-th, i = 1...N, and ``apesim archive merge`` joins the archives. `resume` goes on with the shards of
+    an interrupted sweep and leaves a finished one as it is; `overwrite` replaces what is there. `report` gets the
+    numbers of points done and of all; `warm_up` calls the function that it gets with its arguments, for a few points
+    during which the model may be compiled. Raises ArchiveError where the target exists, is being written by another
+    process, cannot be written, gets no points or would be too large to be read, and IncompleteError where not one run
+    could be computed.
     """
     out = Path(out)
     text = dumps(machine)
@@ -196,23 +151,9 @@ def run_sweep(
 def find_finished(out: str | os.PathLike[str]) -> SweepResult | None:
     """Read a sweep that is finished already, whatever was swept; its remaining shards are removed.
 
-    Parameters
-    ----------
-    out : path
-        Archive of the sweep.
+    None where the archive does not exist, cannot be read, is not of a sweep, or lacks runs. Raises ArchiveError where
+    another process writes it, or shards of another sweep lie beside it.
 
-    Returns
-    -------
-    SweepResult or None
-        None where the archive does not exist, cannot be read, is not of a sweep, or lacks runs.
-
-    Raises
-    ------
-    ArchiveError
-        Another process writes the archive, or shards of another sweep lie beside it.
-
-    Examples
-    --------
     >>> import tempfile
     >>> from apesim.engine.cylinder import IDEAL_VALVE
     >>> with tempfile.TemporaryDirectory() as folder:

@@ -16,36 +16,11 @@ COLUMNS = {"brake_torque_Nm": ("N m", ".2f"), "specific_air_kg_per_kWh": ("kg/kW
 
 
 def sweep_table(archive: Archive) -> Table:
-    """Lay out the table that the console shows of a sweep.
+    """Lay out the table that the console shows of a sweep, with a row for each varied combination and speed.
 
-    Each row is a combination of the varied keys and the speed. Its columns are, for every actuation, the brake torque
-    [N m] and the consumption of all air over brake work [kg/kWh]. Runs whose valve does not open fully and close fully
-    are marked. Only the first `MOST_ROWS` are shown, and how many there are.
-
-    Parameters
-    ----------
-    archive : Archive
-        Archive of a sweep, whole or partial. Points that are missing are shown as a dash.
-
-    Returns
-    -------
-    rich.table.Table
-        Table with a row for each combination, or for the first `MOST_ROWS` of them.
-
-    Examples
-    --------
-    >>> import json
-    >>> from apesim.engine.cylinder import IDEAL_VALVE
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.sweep.compute import compute
-    >>> from apesim.studies.sweep.plan import plan
-    >>> from apesim.studies.sweep.results import archive_of
-    >>> from apesim.studies.sweep.variation import Variation
-    >>> planned = plan(Variation((), (Machine(),)), [94.0, 126.0], [IDEAL_VALVE])
-    >>> provenance = {"axes": json.dumps(planned.axes)}
-    >>> table = sweep_table(archive_of(planned.points, compute(planned.points), planned.variation, "", provenance))
-    >>> table.row_count, str(table.title)
-    (2, 'Brake torque, and all air over brake work')
+    For every actuation it has the brake torque [N m] and the consumption of all air over brake work [kg/kWh]; runs
+    whose valve does not open fully and close fully are marked, and missing points are a dash. Only the first
+    `MOST_ROWS` rows are shown, and how many there are.
     """
     (_, actuations), *axes = axes_of(archive).items()
     incomplete = has_incomplete_stroke(archive)
@@ -80,22 +55,8 @@ def sweep_table(archive: Archive) -> Table:
 def head_and_cells(name: str, texts: Sequence[str]) -> tuple[str, Sequence[str]]:
     r"""Write the head and the cells of a column of values; a unit that all share stands in the head only.
 
-    Parameters
-    ----------
-    name : str
-        Name of the axis in the archive, e.g. "speed_rpm".
-    texts : sequence of str
-        Values with their units.
+    The head is the name of the axis in words, the unit in a second line.
 
-    Returns
-    -------
-    head : str
-        Name in words; the unit, if there is one, in a second line.
-    cells : sequence of str
-        Values without the unit, or whole where they do not share one.
-
-    Examples
-    --------
     >>> head_and_cells("supply_pressure", ["0.6 MPa", "1 MPa"])
     ('supply pressure\n[MPa]', ['0.6', '1'])
     """

@@ -49,31 +49,11 @@ class Variation(NamedTuple):
 def vary(texts: Sequence[str], path: str | PathLike[str] | None = None, settings: Sequence[str] = ()) -> Variation:
     """Make the machines in which some keys take all combinations of given values, from the options of a command.
 
-    Each machine is as if its values had been given by ``--set``.
+    `texts` are ``KEY=RANGE``, such as "supply.pressure=0.6:1.4:0.2 MPa gauge" or "air.model=ideal,thermally_perfect";
+    each machine is as if its values had been given by ``--set``, after the ``KEY=VALUE`` of `settings`. Without `path`
+    the embedded machine is varied. Raises an InputError that names every fault: invalid keys or values, a key given
+    twice, combinations that make an invalid machine.
 
-    Parameters
-    ----------
-    texts : sequence of str
-        Keys and their values, ``KEY=RANGE``: "supply.pressure=0.6:1.4:0.2 MPa gauge",
-        "air.model=ideal,thermally_perfect".
-    path : path, optional
-        Machine file; the embedded machine if left out.
-    settings : sequence of str
-        ``KEY=VALUE``, for all the machines.
-
-    Returns
-    -------
-    Variation
-        Axes and machines.
-
-    Raises
-    ------
-    InputError
-        A key or value is invalid, a key is given twice, or some combinations make an invalid machine; the error names
-        every fault.
-
-    Examples
-    --------
     >>> variation = vary(["supply.pressure=0.6:1.4:0.4 MPa gauge", "air.model=ideal,thermally_perfect"])
     >>> variation.axes[0].texts
     ('0.6 MPa gauge', '1 MPa gauge', '1.4 MPa gauge')
@@ -90,29 +70,10 @@ def vary(texts: Sequence[str], path: str | PathLike[str] | None = None, settings
 def vary_machine(machine: Machine, ranges: Mapping[str, Any] | Sequence[str], where: str) -> Variation:
     """Vary keys of a machine that was made in Python; each combination is as if made by its `with_`.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine from which the others differ.
-    ranges : mapping of str, or sequence of str
-        Values by key, with dots or underscores: a range or list in a text, or a sequence of texts and numbers in SI.
-        Else texts ``KEY=RANGE``.
-    where : str
-        Name of the function and argument that the ranges were given to, for messages.
+    `ranges` has values by key, with dots or underscores: a range or list in a text, or a sequence of texts and numbers
+    in SI; else texts ``KEY=RANGE``. `where` names function and argument, for messages. Raises an InputError that names
+    every fault: invalid keys or values, a key given twice, combinations that make an invalid machine.
 
-    Returns
-    -------
-    Variation
-        Axes and machines.
-
-    Raises
-    ------
-    InputError
-        A key or value is invalid, a key is given twice, or some combinations make an invalid machine; the error names
-        every fault.
-
-    Examples
-    --------
     >>> variation = vary_machine(Machine(), {"engine_bore": ["80 mm", 0.09]}, "sweep()")
     >>> [machine.engine.bore for machine in variation.machines]
     [0.08, 0.09]
@@ -218,25 +179,9 @@ def _fault(key: str, right: str, cases: list[tuple[str, str]], where: str) -> Fa
 
 
 def stored(axis: Axis) -> tuple[list[Any], str]:
-    """Convert the values of an axis to those that archives hold: SI, but angles in degrees.
+    """Convert the values of an axis to those that archives hold, and name their unit ("1" where they have none).
 
-    Parameters
-    ----------
-    axis : Axis
-        Axis of a variation.
-
-    Returns
-    -------
-    values : list of float, int or str
-        Numbers in the unit; indices of a choice; paths of curves.
-    unit : str
-        Unit of the values, "1" where they have none.
-
-    Examples
-    --------
-    >>> values, unit_text = stored(vary(["engine.bore=80 mm, 90 mm"]).axes[0])
-    >>> [round(value, 6) for value in values], unit_text
-    ([0.08, 0.09], 'm')
+    Numbers are in SI, but angles in degrees; choices become indices, curves their paths.
     """
     if isinstance(axis.declaration, Choice | Curve):
         return list(axis.values), "1"

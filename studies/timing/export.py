@@ -19,29 +19,9 @@ from apesim.studies.timing.solve import Reason
 
 
 def as_json(timing_map: TimingMap) -> dict[str, Any]:
-    """Convert a map of corrected commands to one object for JSON.
+    """Convert a map of corrected commands to one object for JSON; its keys end in the units.
 
-    Parameters
-    ----------
-    timing_map : TimingMap
-        Commands over speed, pressure and temperature.
-
-    Returns
-    -------
-    dict
-        Targets, axes, tables, laws, error of interpolation, and all results point by point; the keys end in the units.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.timing.grid import map_timing
-    >>> from apesim.studies.operating_conditions import Supplies
-    >>> timing_map = map_timing(Supplies([1.1e6], [287.0], Machine()), [94.0], jobs=1)
-    >>> data = as_json(timing_map)
-    >>> {name: round(angle, 3) for name, angle in data["target_deg"].items()}
-    {'open': -5.0, 'close': 70.0}
-    >>> data["points"][0]["reachable"]
-    True
+    It has targets, axes, tables, laws, the error of interpolation, and all results point by point.
     """
     axes, error, command = timing_map.axes, timing_map.error, timing_map.command
     v = {name: variable.values for name, variable in timing_map.archive.variables.items()}
@@ -111,35 +91,9 @@ def _as_csv(archive: Archive) -> str:
 
 
 def export(timing_map: TimingMap, out: Path) -> list[Path]:
-    """Write a map of corrected commands beside its archive, as CSV, JSON and C header.
+    """Write a map of corrected commands beside its archive `out`, as ``.csv``, ``.json`` and C header ``.h``.
 
-    Parameters
-    ----------
-    timing_map : TimingMap
-        Commands over speed, pressure and temperature.
-    out : Path
-        Path of the archive; its ending becomes ``.csv``, ``.json`` and ``.h``.
-
-    Returns
-    -------
-    list of Path
-        The three files.
-
-    Raises
-    ------
-    ArchiveError
-        A file cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.timing.grid import map_timing
-    >>> from apesim.studies.operating_conditions import Supplies
-    >>> timing_map = map_timing(Supplies([1.1e6], [287.0], Machine()), [94.0], jobs=1)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     [path.name for path in export(timing_map, Path(folder, "timing.h5"))]
-    ['timing.csv', 'timing.json', 'timing.h']
+    Raises ArchiveError where a file cannot be written.
     """
     paths = exports_of(out)
     text = json.dumps(as_json(timing_map), indent=1, allow_nan=False)
@@ -151,20 +105,9 @@ def export(timing_map: TimingMap, out: Path) -> list[Path]:
 def refuse_exports(out: Path, *, overwrite: bool) -> None:
     """Refuse an archive beside which the CSV, JSON and C header of a map are not to be written.
 
-    Parameters
-    ----------
-    out : Path
-        Path of the archive.
-    overwrite : bool
-        Files that are there may be replaced.
+    Raises ArchiveError where the archive has the name of one of these files, or one is there and is no file or must not
+    be replaced.
 
-    Raises
-    ------
-    ArchiveError
-        The archive has the name of one of these files, or one is there and must not be replaced, or is no file.
-
-    Examples
-    --------
     >>> try:
     ...     refuse_exports(Path("timing.json"), overwrite=False)
     ... except ArchiveError as error:
@@ -178,21 +121,5 @@ def refuse_exports(out: Path, *, overwrite: bool) -> None:
 
 
 def exports_of(out: str | PathLike[str]) -> list[Path]:
-    """Name the files of a map that stand beside its archive.
-
-    Parameters
-    ----------
-    out : path
-        Path of the archive.
-
-    Returns
-    -------
-    list of Path
-        CSV, JSON and C header.
-
-    Examples
-    --------
-    >>> [path.name for path in exports_of("timing.h5")]
-    ['timing.csv', 'timing.json', 'timing.h']
-    """
+    """Name the files of a map that stand beside its archive `out`: CSV, JSON and C header."""
     return [Path(out).with_suffix(ending) for ending in (".csv", ".json", ".h")]

@@ -204,29 +204,11 @@ def map_timing(
 ) -> TimingMap:
     """Map corrected commands over a grid, what they win back, and how well a table of them interpolates.
 
-    Parameters
-    ----------
-    supplies : Supplies
-        Supplies of the grid, of a machine with an electro-pneumatic intake, in any order; values that occur twice count
-        once.
-    speeds : sequence of float
-        Speeds of the grid [rad/s], in any order.
-    jobs : int, optional
-        Number of processes; as many as the work is worth if left out.
-    max_checks : int
-        Most centres of cells that are solved to measure the error of interpolation.
-    command : str
-        The command line, which the archive keeps.
-    report : function, optional
-        Called with the number of points that are done and the number of all.
+    Supplies (of a machine with an electro-pneumatic intake) and `speeds` [rad/s] come in any order; those that occur
+    twice count once. Run ``(i len(pressures) + j) len(temperatures) + k`` of the archive is speed i, pressure j,
+    temperature k. `jobs` None: as many processes as the work is worth; `max_checks` is the most centres of cells that
+    are solved to measure the error of interpolation; `report` gets the numbers of points done and of all.
 
-    Returns
-    -------
-    TimingMap
-        Run ``(i len(pressures) + j) len(temperatures) + k`` of its archive is speed i, pressure j, temperature k.
-
-    Examples
-    --------
     >>> supplies = Supplies([1.1e6], [280.0, 300.0], Machine())
     >>> timing_map = map_timing(supplies, [94.0], jobs=1)
     >>> (timing_map.advance / DEGREE).round(1).tolist()  # colder air makes the valve slower
@@ -289,27 +271,10 @@ def _variables(supplies: Supplies, axes: Axes, rows: Sequence[dict[str, float]])
 
 
 def timing_map_of(archive: Archive, command: Command) -> TimingMap:
-    """Make the map of corrected commands of an archive that was written from one.
+    """Make the map of corrected commands of an archive that was written from one, with the command of its machine.
 
-    Parameters
-    ----------
-    archive : Archive
-        Archive of a `TimingMap`.
-    command : Command
-        Command of its machine, with the targets.
+    The speeds are those of the archive, which have 12 digits. Raises ValueError where the runs are no grid.
 
-    Returns
-    -------
-    TimingMap
-        The map that was written; its speeds are those of the archive, which have 12 digits.
-
-    Raises
-    ------
-    ValueError
-        The runs are no grid.
-
-    Examples
-    --------
     >>> timing_map = map_timing(Supplies([1.1e6], [280.0, 300.0], Machine()), [94.0], jobs=1)
     >>> again = timing_map_of(timing_map.archive, timing_map.command)
     >>> bool(np.array_equal(again.advance, timing_map.advance)), again.error == timing_map.error
@@ -327,30 +292,7 @@ def timing_map_of(archive: Archive, command: Command) -> TimingMap:
 
 
 def faults_of_timing(archive: Archive) -> list[str]:
-    """Write one line for each point whose targets are out of reach.
-
-    Parameters
-    ----------
-    archive : Archive
-        Archive of a `TimingMap`.
-
-    Returns
-    -------
-    list of str
-        Each line names the point and says why, and what to change.
-
-    Examples
-    --------
-    >>> columns = {
-    ...     "run": run_axis(1),
-    ...     "speed_rpm": column([9000.0], "r/min", "speed", coordinate=True),
-    ...     "reachable": column([False], "1", CRITERION),
-    ...     "reason": column([Reason.OPEN_TOO_LONG], "1", "why not", REASONS),
-    ... }
-    >>> [line] = faults_of_timing(Archive("", {}, columns))
-    >>> line.partition(": ")[0]
-    'run 0 (9000 r/min)'
-    """
+    """Write one line for each point whose targets are out of reach: which, why, and what to change."""
     v = values_of(archive)
     return [
         f"{run_text(archive, int(run))}: {Reason(v['reason'][run]).remedy}"

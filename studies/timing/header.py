@@ -120,18 +120,8 @@ VALVE_ERROR = "How far the valve then misses its targets was not measured; its c
 def error_text(error: InterpolationError) -> str:
     """Write what is known of the error of the interpolated command angles, in a sentence.
 
-    Parameters
-    ----------
-    error : InterpolationError
-        Error of a table between its points.
+    It has the largest and rms errors at the centres of cells [deg], or why there are none.
 
-    Returns
-    -------
-    str
-        Largest and rms error at the centres of cells [deg], or why there is none.
-
-    Examples
-    --------
     >>> error_text(InterpolationError(0, 4, 0, np.nan, np.nan, np.nan, np.nan))
     'not measured: no centre of a cell is reachable on both sides'
     >>> error_text(InterpolationError(4, 4, 0, 0.0020, 0.0010, 0.0030, 0.0015)).partition(") ")[2]
@@ -150,30 +140,7 @@ def error_text(error: InterpolationError) -> str:
 def c_header(timing_map: TimingMap) -> str:
     """Write a map of corrected commands as a C header, with a function that interpolates in it.
 
-    Parameters
-    ----------
-    timing_map : TimingMap
-        Commands over speed, pressure and temperature.
-
-    Returns
-    -------
-    str
-        ISO C99 that needs no library.
-
-    Examples
-    --------
-    >>> from apesim.archive import Archive
-    >>> from apesim.archive.columns import column
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.timing.grid import TimingMap
-    >>> from apesim.studies.timing.table import Axes
-    >>> axes = Axes(np.array([94.0]), np.array([1.1e6]), np.array([287.0]))
-    >>> error = InterpolationError(0, 0, 0, np.nan, np.nan, np.nan, np.nan)
-    >>> advance, release_advance = np.array([[[0.7]]]), np.array([[[0.9]]])
-    >>> archive = Archive("", {}, {"full_lift": column([1], "1", "whether the piston meets its open stop")})
-    >>> timing_map = TimingMap(archive, Machine().command, axes, advance, release_advance, {}, error)
-    >>> [line for line in c_header(timing_map).splitlines() if line.startswith("#define APESIM_OPEN")]
-    ['#define APESIM_OPEN_TARGET_DEG (-5)']
+    It is ISO C99 that needs no library.
     """
     axes, command = timing_map.axes, timing_map.command
     i, j, k = axes.shape

@@ -44,34 +44,11 @@ class Law(NamedTuple):
 def fitted(
     pressure: float, speed: float, temperatures: np.ndarray, times: np.ndarray, speeds: np.ndarray
 ) -> Law | None:
-    """Fit a law of the temperature to points, by least squares.
+    """Fit a law of the supply temperature [K] to times [s], by least squares; all arrays are (n,).
 
-    That the delay is almost a line over the temperature is from the EPV paper (doi 10.1631/jzus.A0820373), Fig. 8.
-
-    Parameters
-    ----------
-    pressure : float
-        Pressure of the supply [Pa abs], noted in the law.
-    speed : float
-        Speed [rad/s], noted in the law; NaN where the points have several.
-    temperatures : (n,) float array
-        Temperatures of the supply [K].
-    times : (n,) float array
-        Times [s]; points where they are NaN are left out.
-    speeds : (n,) float array
-        Speeds of the points [rad/s], for the errors as angles.
-
-    Returns
-    -------
-    Law or None
-        None where fewer than two temperatures are left.
-
-    Examples
-    --------
-    >>> temperatures, times = np.array([250.0, 287.0, 324.0]), np.array([3.00e-3, 3.37e-3, 3.74e-3])
-    >>> law = fitted(1.1e6, 100.0, temperatures, times, np.full(3, 100.0))
-    >>> round(law.at_reference, 9), round(law.slope, 9), law.points
-    (0.00337, 1e-05, 3)
+    The delay is almost a line over the temperature [EPV, Fig. 8]. `pressure` [Pa abs] and `speed` [rad/s] (NaN where
+    the points have several) are noted in the law; `speeds` [rad/s] turn its errors to angles. Points whose time is NaN
+    are left out; None where fewer than two temperatures are left.
     """
     known = ~np.isnan(times)
     temperatures, times, speeds = temperatures[known], times[known], speeds[known]
@@ -88,20 +65,10 @@ def fitted(
 def laws_of(axes: Axes, angles: np.ndarray) -> list[Law]:
     """Fit a law of the temperature for every pressure and speed, and one for every pressure over all speeds.
 
-    Parameters
-    ----------
-    axes : Axes
-        Speeds (i), pressures (j) and temperatures (k).
-    angles : (i, j, k) float array
-        Advance of a command [rad], which the speed turns into a time; NaN out of reach.
+    `angles` [rad] are the advance of a command, (speeds, pressures, temperatures), NaN out of reach; the speed turns
+    them into times. Laws come pressure by pressure, the one over all speeds last, without those that have fewer than
+    two temperatures.
 
-    Returns
-    -------
-    list of Law
-        Pressure by pressure, the one over all speeds last; without those that have fewer than two temperatures.
-
-    Examples
-    --------
     >>> axes = Axes(np.array([100.0]), np.array([1.1e6]), np.array([250.0, 287.0, 324.0]))
     >>> laws = laws_of(axes, np.array([[[0.300, 0.337, 0.374]]]))
     >>> [(round(1e3 * law.at_reference, 6), round(1e6 * law.slope, 6)) for law in laws]  # [ms], [us/K]

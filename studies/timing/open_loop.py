@@ -22,20 +22,8 @@ class Delays(NamedTuple):
 
 
 def lap_of_machine(machine: Machine) -> float:
-    """Find the lap of a machine's valve: the lift at which its groove begins to open.
+    """Find the lap of a machine's valve [m]: the lift at which its groove begins to open.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with the valve.
-
-    Returns
-    -------
-    float
-        Lift [m].
-
-    Examples
-    --------
     >>> round(1e3 * lap_of_machine(Machine()), 3)  # [mm]
     1.0
     """
@@ -43,20 +31,10 @@ def lap_of_machine(machine: Machine) -> float:
 
 
 def open_loop_delays(machine: Machine) -> Delays:
-    """Find the delays of a single stroke of the valve from rest, on its bench.
+    """Find the delays [s] of a single stroke of the valve from rest, on its bench.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with the valve.
+    The solenoids are energised for `PULSE`.
 
-    Returns
-    -------
-    Delays
-        Delays of opening and closing [s]; the solenoids are energised for `PULSE`.
-
-    Examples
-    --------
     >>> delays = open_loop_delays(Machine())
     >>> f"{1e3 * delays.opening:.2f} ms, {1e3 * delays.closing:.2f} ms"
     '6.73 ms, 10.84 ms'

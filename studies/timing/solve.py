@@ -132,20 +132,8 @@ class Look(NamedTuple):
 
 
 def wrapped(angle: float) -> float:
-    """Wrap an angle to within half a turn of zero.
+    """Wrap an angle [rad] to within half a turn of zero.
 
-    Parameters
-    ----------
-    angle : float
-        Angle [rad].
-
-    Returns
-    -------
-    float
-        The angle, less whole turns [rad].
-
-    Examples
-    --------
     >>> wrapped(1.25 * TURN) / TURN
     0.25
     """
@@ -167,34 +155,11 @@ def look(
     periodic_tolerance: float = PERIODIC_TOLERANCE,
     start: Known | None = None,
 ) -> Look:
-    """March to the periodic state and see where the valve opens and closes.
+    """March to the periodic state and see where the valve opens and closes, and how far it misses the targets.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with the targets that are to be met.
-    speed : float
-        Speed of the crankshaft [rad/s].
-    energise : float
-        Command angle at which the solenoids are energised [rad].
-    pulse : float
-        Crank angle for which they stay energised [rad].
-    periodic_tolerance : float
-        Change over a cycle that counts as periodic, see `apesim.engine.steady.run_steady`. With `SKETCH` no errors are
-        estimated.
-    start : Known, optional
-        Periodic state with commands near by, see `apesim.engine.steady.run_steady`.
-
-    Returns
-    -------
-    Look
-        Periodic state, angles of the valve, and misses of the targets.
-
-    Examples
-    --------
-    >>> here = look(Machine(), 94.0, -40.0 * DEGREE, 60.0 * DEGREE)
-    >>> round(here.angles["valve_open_deg"]), (here.misses / DEGREE).round().tolist()
-    (-4, [1.0, 2.0])
+    `speed` [rad/s], `energise` command angle [rad], `pulse` for which the solenoids stay energised [rad];
+    `periodic_tolerance` and `start`, a periodic state with commands near by, as for `apesim.engine.steady.run_steady`.
+    With the tolerance `SKETCH` no errors are estimated.
     """
     machine = _commanded(machine, energise, energise + pulse)
     angle_step = SKETCH_ANGLE_STEP if periodic_tolerance == SKETCH else ANGLE_STEP
@@ -234,39 +199,12 @@ def corrected(
 ) -> Timing:
     """Find the commands with which the valve opens and closes at its targets, in the periodic state.
 
-    The unknowns are the command angle of the energising and the pulse. Broyden's method [1]_ finds them from a start,
-    or from the delays of the bench. Where that fails, the pulse is bracketed (the valve is open longer after a longer
-    pulse), and the method starts anew from the bracket.
+    Broyden's method (Broyden 1965, doi 10.1090/S0025-5718-1965-0198670-6) finds command angle and pulse from `start`
+    [rad], or from the delays of the bench; where it fails, the pulse is bracketed (the valve is open longer after a
+    longer pulse), and the method starts anew. `speed` [rad/s]; with the `periodic_tolerance` `SKETCH` the targets are
+    met within `NEAR`, at a third of the time. Out of reach, the result holds the reason; raises ValueError where the
+    intake is no electro-pneumatic valve.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with an electro-pneumatic intake; its targets are ``command.open_target`` and ``command.close_target``.
-    speed : float
-        Speed of the crankshaft [rad/s].
-    start : (float, float), optional
-        Command angle of the energising, and pulse, to start from [rad].
-    periodic_tolerance : float
-        Change over a cycle that counts as periodic, see `apesim.engine.steady.run_steady`. With `SKETCH` the targets
-        are met within `NEAR`, at a third of the time.
-
-    Returns
-    -------
-    Timing
-        Commands and what the valve does with them; or, out of reach, the reason.
-
-    Raises
-    ------
-    ValueError
-        The intake is no electro-pneumatic valve, so that it has no commands.
-
-    References
-    ----------
-    .. [1] C. G. Broyden, "A class of methods for solving nonlinear simultaneous equations", Math. Comp. 19, 1965,
-       pp. 577-593, doi 10.1090/S0025-5718-1965-0198670-6.
-
-    Examples
-    --------
     >>> timing = corrected(Machine(), 94.0)
     >>> round(timing.advance / DEGREE), round(timing.release_advance / DEGREE), timing.reason.name
     (36, 52, 'REACHED')
@@ -310,24 +248,11 @@ def corrected(
 
 
 def start_after(machine: Machine, speed: float, before: Sequence[tuple[float, Timing]]) -> tuple[float, float] | None:
-    """Find a start for the search from what other speeds needed: their times, on a line through the last two.
+    """Find a start for the search from the times that other speeds needed, on a line through the last two.
 
-    Parameters
-    ----------
-    machine : Machine
-        Machine with the targets.
-    speed : float
-        Speed of the crankshaft [rad/s].
-    before : sequence of (float, Timing)
-        Other speeds [rad/s], each with its timing, all reached.
+    `speed` and the speeds of `before` [rad/s], whose timings are all reached; returns command angle and pulse [rad], or
+    None where there are no other speeds.
 
-    Returns
-    -------
-    (float, float) or None
-        Command angle of the energising, and pulse [rad]; None where there are no other speeds.
-
-    Examples
-    --------
     >>> timing = Timing(Machine(), None, {}, 0.6, 0.9, 0.0, 0.0, Reason.REACHED, 6)
     >>> energise, pulse = start_after(Machine(), 110.0, [(100.0, timing)])  # the same times at a higher speed
     >>> round(Machine().command.open_target - energise, 3)
@@ -348,23 +273,7 @@ def start_after(machine: Machine, speed: float, before: Sequence[tuple[float, Ti
 def reason_of(result: Look) -> Reason:
     """Judge whether a command reaches the targets, in a state that repeats every cycle, and if not, why.
 
-    Parameters
-    ----------
-    result : Look
-        What the valve does with the command.
-
-    Returns
-    -------
-    Reason
-        REACHED, FAILED, MISSED, NOT_PERIODIC or CROSSES_AGAIN.
-
-    Examples
-    --------
-    >>> run = run_steady(Machine(), 94.0)
-    >>> reason_of(Look(Machine(), run, {}, np.array([0.0, 1.0]) * DEGREE)).words
-    'missed'
-    >>> reason_of(Look(Machine(), run, {}, np.zeros(2))).words
-    'reached'
+    One of REACHED, FAILED, MISSED, NOT_PERIODIC and CROSSES_AGAIN.
     """
     opening, duration = result.misses
     if np.isnan(duration):
@@ -416,12 +325,8 @@ def _approach(look_at: Callable[..., Look], start: Sequence[float], slope: float
 def _bracketed(look_at: Callable[..., Look], machine: Machine, last: float) -> tuple[Reason, Any]:
     """Search with the pulse bracketed between one that opens too short and one that opens too long.
 
-    Returns
-    -------
-    reason : Reason
-        Why the targets are not reached, or `REACHED`.
-    result : Look or None
-        Look that reaches the targets, perhaps crossing the lap again; None if there is none.
+    Returns why the targets are not reached, or `REACHED`, and the `Look` that reaches them, perhaps crossing the lap
+    again; None if there is none.
     """
     energise = machine.command.open_target
     low, high = MIN_PULSE, TURN - MIN_PULSE

@@ -32,33 +32,9 @@ SHOWN = (
 def timing_tables(timing_map: TimingMap, supply: tuple[float, float], ambient_pressure: float) -> list[Table | str]:
     """Lay out what the console shows of corrected commands: a row for each speed.
 
-    Parameters
-    ----------
-    timing_map : TimingMap
-        Corrected commands over speed, pressure and temperature.
-    supply : tuple of float
-        Pressure [Pa abs], that of the map's axis, and temperature [K] of the machine's own supply: the nearest of the
-        map is shown in full.
-    ambient_pressure : float
-        Pressure of the ambience, above which the supply is shown [Pa abs].
-
-    Returns
-    -------
-    list of rich.table.Table or str
-        What is reached, in a sentence; commands, torque and air at that supply, beside those with the machine's own
-        commands; where there are other supplies, the commands at all of them.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.timing.grid import map_timing
-    >>> from apesim.studies.operating_conditions import Supplies
-    >>> timing_map = map_timing(Supplies([1.101325e6], [287.0], Machine()), [94.0], jobs=1)
-    >>> sentence, table = timing_tables(timing_map, (1.101325e6, 287.0), ambient_pressure=101325.0)
-    >>> sentence
-    'The targets are reached at all 1 points; at 0 of them the piston turns back before its open stop.'
-    >>> str(table.title), table.row_count
-    ('Commands that open the valve at -5 deg and close it at 70 deg; supply 1 MPa gauge, 287 K', 1)
+    First what is reached, in a sentence; then commands, torque and air at the supply of the map nearest to `supply`
+    ([Pa abs], [K]), beside those with the machine's own commands; with other supplies, the commands at all of them.
+    Gauge pressures are above `ambient_pressure` [Pa abs].
     """
     axes, command = timing_map.axes, timing_map.command
     names = [_supply_text(p - ambient_pressure, t) for p in axes.pressures for t in axes.temperatures]
@@ -140,24 +116,7 @@ def _commands(values: dict[str, np.ndarray], edge: str) -> list[list[str]]:
 def shortcut_line(timing_map: TimingMap) -> str:
     """Write what the delays of the bench would give in place of these commands, in a sentence.
 
-    Parameters
-    ----------
-    timing_map : TimingMap
-        Corrected commands over speed, pressure and temperature.
-
-    Returns
-    -------
-    str
-        Largest errors of the angles, and the speed from which the valve would not open everywhere.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.timing.grid import map_timing
-    >>> from apesim.studies.operating_conditions import Supplies
-    >>> supplies = Supplies([1.1e6], [287.0], Machine())
-    >>> shortcut_line(map_timing(supplies, [94.0], jobs=1)).partition(", as")[0]
-    'With the delays of the bench instead'
+    It has the largest errors of the angles, and the speed from which the valve would not open everywhere.
     """
     v = {name: variable.values for name, variable in timing_map.archive.variables.items()}
     opens, closes = v["shortcut_open_error_deg"], v["shortcut_close_error_deg"]
@@ -174,25 +133,8 @@ def shortcut_line(timing_map: TimingMap) -> str:
 def law_lines(laws: dict[str, list[Law]], ambient_pressure: float) -> list[str]:
     """Write the laws of the temperature in words, a line for each command and pressure.
 
-    Parameters
-    ----------
-    laws : dict of str to list of Law
-        Laws of ``advance`` and ``release_advance``.
-    ambient_pressure : float
-        Pressure of the ambience, above which the supply is shown [Pa abs].
-
-    Returns
-    -------
-    list of str
-        Each line has the law over all speeds; where that is off by more than `FAR_OFF`, the span of the laws of each
-        speed.
-
-    Examples
-    --------
-    >>> law = Law(1.1e6, 100.0, 6.0e-3, -5e-6, 1e-5, 1e-5, 0.001, 0.001, 3)
-    >>> [line] = law_lines({"advance": [law]}, ambient_pressure=0.1e6)
-    >>> line.partition(", ")[0]
-    'advance at 1 MPa gauge: 6.000 ms -5.00 us/K (supply temperature - 287 K)'
+    `laws` has those of ``advance`` and ``release_advance``; where the law over all speeds is off by more than
+    `FAR_OFF`, its line has the span of the laws of each speed. Gauge pressures are above `ambient_pressure` [Pa abs].
     """
     lines = []
     for name, members in laws.items():
@@ -234,26 +176,5 @@ def _span(values: Sequence[float], form: str) -> str:
 
 
 def error_line(timing_map: TimingMap) -> str:
-    """Write the error of the interpolated table between its points, in words.
-
-    Parameters
-    ----------
-    timing_map : TimingMap
-        Corrected commands over speed, pressure and temperature.
-
-    Returns
-    -------
-    str
-        A line with largest and root mean square error [deg].
-
-    Examples
-    --------
-    >>> from apesim.archive import Archive
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.timing.table import Axes, InterpolationError
-    >>> axes, tables = Axes(np.array([94.0]), np.array([1.1e6]), np.array([287.0])), np.array([[[0.7]]])
-    >>> error = InterpolationError(0, 0, 0, np.nan, np.nan, np.nan, np.nan)
-    >>> error_line(TimingMap(Archive("", {}, {}), Machine().command, axes, tables, tables, {}, error))
-    'error of the interpolated table: none, as it has one point only'
-    """
+    """Write the largest and rms error of the interpolated table between its points [deg], in words."""
     return f"error of the interpolated table: {error_text(timing_map.error)}"

@@ -43,35 +43,11 @@ class InterpolationError(NamedTuple):
 
 
 def interpolated(axes: Axes, values: np.ndarray, point: Sequence[float]) -> float:
-    """Interpolate a table between its points, linearly along each axis.
+    """Interpolate a table (speeds, pressures, temperatures) between its points, linearly along each axis.
 
-    It is multilinear interpolation [1]_.
-
-    Parameters
-    ----------
-    axes : Axes
-        Speeds (i), pressures (j) and temperatures (k) of the table.
-    values : (i, j, k) float array
-        Values of the table, in any unit; NaN where there is none.
-    point : sequence of float
-        Speed [rad/s], pressure [Pa abs], temperature [K].
-
-    Returns
-    -------
-    float
-        Value, in the unit of the table. NaN outside of the axes, as nothing is extrapolated, and where one of the
-        neighbours that count is NaN.
-
-    References
-    ----------
-    .. [1] W. H. Press, S. A. Teukolsky, W. T. Vetterling and B. P. Flannery, "Numerical Recipes", 3rd ed., Cambridge
-       University Press, 2007, section 3.6.
-
-    Examples
-    --------
-    >>> axes = Axes(np.array([50.0, 100.0]), np.array([1e6]), np.array([287.0]))
-    >>> interpolated(axes, np.array([[[0.2]], [[0.4]]]), (75.0, 1e6, 287.0))
-    0.30000000000000004
+    Multilinear interpolation (Press et al. 2007, "Numerical Recipes", 3rd ed., section 3.6) at `point`: speed [rad/s],
+    pressure [Pa abs], temperature [K]. NaN outside of the axes, as nothing is extrapolated, and where a neighbour that
+    counts is NaN.
     """
     lows, shares = [], []
     for axis, x in zip(axes, point, strict=True):
@@ -89,29 +65,10 @@ def interpolated(axes: Axes, values: np.ndarray, point: Sequence[float]) -> floa
 
 
 def centres(axes: Axes, max_centres: int, seed: int) -> tuple[list[tuple[float, ...]], int]:
-    """Find the centres of the cells of a table, or a random choice of them.
+    """Find the centres of the cells of a table, or a random choice of at most `max_centres`, and their number in all.
 
-    Parameters
-    ----------
-    axes : Axes
-        Axes of the table; along an axis with one point the centres stand on that point.
-    max_centres : int
-        Most centres that are chosen.
-    seed : int
-        Seed of the random choice.
-
-    Returns
-    -------
-    chosen : list of tuple of float
-        Speed [rad/s], pressure [Pa abs] and temperature [K] of each centre.
-    number : int
-        Number of centres that the table has; 0 for a table of a single point.
-
-    Examples
-    --------
-    >>> axes = Axes(np.array([50.0, 100.0]), np.array([1e6]), np.array([250.0, 300.0]))
-    >>> centres(axes, 10, 0)
-    ([(75.0, 1000000.0, 275.0)], 1)
+    A centre is speed [rad/s], pressure [Pa abs] and temperature [K]; along an axis with one point it stands on that
+    point. A table of a single point has none.
     """
     middles = [0.5 * (axis[1:] + axis[:-1]) if len(axis) > 1 else axis for axis in axes]
     points = [tuple(float(x) for x in point) for point in product(*middles)]
@@ -131,35 +88,11 @@ def interpolation_error(
     number: int,
     seed: int,
 ) -> InterpolationError:
-    """Compare a table with what is solved between its points.
+    """Compare a table with what is solved between its points: largest and rms errors [rad], NaN with no centre left.
 
-    Parameters
-    ----------
-    axes : Axes
-        Speeds (i), pressures (j) and temperatures (k) of the table.
-    advance, release_advance : (i, j, k) float array
-        Both tables [rad]; NaN out of reach.
-    solved : sequence of tuple
-        Solved centres of cells: point, advance [rad], release advance [rad]. Centres where an angle is NaN, here or
-        interpolated, are left out.
-    number : int
-        Number of centres that the table has, noted in the result.
-    seed : int
-        Seed by which the centres were chosen, noted in the result.
-
-    Returns
-    -------
-    InterpolationError
-        Largest and root mean square errors [rad]; NaN where no centre is left.
-
-    Examples
-    --------
-    >>> axes = Axes(np.array([50.0, 100.0]), np.array([1e6]), np.array([287.0]))
-    >>> advance, release_advance = np.array([[[0.2]], [[0.4]]]), np.array([[[0.3]], [[0.6]]])
-    >>> solved = [((75.0, 1e6, 287.0), 0.29, 0.45)]
-    >>> error = interpolation_error(axes, advance, release_advance, solved, 1, 0)
-    >>> round(error.max_advance_error, 6), round(error.max_release_error, 6), error.points
-    (0.01, 0.0, 1)
+    Both tables [rad] are (speeds, pressures, temperatures), NaN out of reach; `solved` has centres of cells: point,
+    advance [rad], release advance [rad]. Centres where an angle is NaN, here or interpolated, are left out. `number` of
+    centres of the table and `seed` of their choice are noted in the result.
     """
     errors = np.array(
         [

@@ -17,18 +17,7 @@ class SupplyDroop(NamedTuple):
     volume: Annotated[float, Quantity("L", 0.02, 1, "a metre of hose of 6 mm: 0.03 L")] = 0.1e-3
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the line, beyond the ranges of its single keys.
-
-        Yields
-        ------
-        key, wrong, right : str
-            Key of the machine file, what is wrong with it, and what would be right.
-
-        Examples
-        --------
-        >>> [wrong for _, wrong, _ in SupplyDroop(feed_area=1e-6).faults()]
-        ['starves the solenoids']
-        """
+        """Find what is wrong with the line, beyond the ranges of its single keys: key, wrong, right."""
         if 0.0 < self.feed_area < MIN_AREA:
             yield "feed_area", "starves the solenoids", "2 to 50 mm^2, or 0 for no line"
 

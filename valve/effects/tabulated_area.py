@@ -20,20 +20,8 @@ TabulatedArea.__doc__ = "Shares by which the solenoids let more air in and out, 
 
 @kernel
 def ratio_node(pressure: float, other: float) -> float:
-    """Return the place of a pressure ratio among the values of the table.
+    """Return the place ``5 r - 1`` of a pressure ratio among the values of the table, r = lower / higher [Pa abs].
 
-    Parameters
-    ----------
-    pressure, other : float
-        Pressures on both sides of a flow [Pa abs].
-
-    Returns
-    -------
-    float
-        ``5 r - 1``, with r the lower over the higher pressure.
-
-    Examples
-    --------
     >>> ratio_node(1e5, 2e5), ratio_node(2e5, 2e5)
     (1.5, 4.0)
     """

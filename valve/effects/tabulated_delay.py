@@ -29,24 +29,9 @@ TabulatedDelay.__doc__ = "How much later each solenoid has come how far; and how
 def bent(curve: np.ndarray, times: Sequence[float], all_times: float) -> np.ndarray:
     """Return a curve of an edge whose points come later, by a table over the share of the way.
 
-    Parameters
-    ----------
-    curve : (j, 2) float array
-        Curve of an edge, see `apesim.valve.solenoid.SolenoidCurves`.
-    times : sequence of float
-        Delays at the shares `PLACES` of the way, linear in between [s].
-    all_times : float
-        Delay at any share [s].
-
-    Returns
-    -------
-    (k, 2) float array
-        Rising curve, not to before the edge.
-
-    Examples
-    --------
-    >>> bent(np.array([[1e-3, 0.0], [2e-3, 1.0]]), (0.0, 0.0, 0.0, 0.0, 1e-3), 0.5e-3)[[0, -1]].tolist()
-    [[0.0015, 0.0], [0.0035, 1.0]]
+    `curve` (j, 2) is as in `apesim.valve.solenoid.SolenoidCurves`; `times` are delays at the shares `PLACES`, linear in
+    between, and `all_times` is the delay at any share [s]. The curve returned, (k, 2), rises, and does not reach to
+    before the edge.
     """
     nodes = np.array(PLACES) / 100.0
     between = np.column_stack((np.interp(nodes[1:-1], curve[:, 1], curve[:, 0]), nodes[1:-1]))

@@ -20,35 +20,10 @@ TabulatedForce.__doc__ = "Over the lift: a force to closed, and one against the 
 @law.for_type(TabulatedForce)
 @kernel
 def tabulated_force(effect: tuple[float, ...], state: ValveState, balance: np.ndarray) -> None:
-    """Add a force over the lift, to closed, and a friction over the lift, which holds at rest where it is above zero.
+    """Add a force over the lift, to closed, and a friction over it, which holds at rest where it is above zero.
 
-    ``F(lift) - R(lift) sign(v)``, both tables; chosen.
-
-    Parameters
-    ----------
-    effect : TabulatedForce
-        Parameters of the effect.
-    state : apesim.valve.terms.ValveState
-        State of the valve.
-    balance : (TERMS,) float array
-        Balance of the valve that is added to, see `apesim.valve.terms`.
-
-    Examples
-    --------
-    At rest, closed, the lift is 0:
-
-    >>> import apesim
-    >>> from apesim.air import GasState
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> from apesim.valve.supply import ValveSupply
-    >>> from apesim.valve.terms import TERMS
-    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
-    >>> balance = np.zeros(TERMS)
-    >>> tabulated_force(TabulatedForce(force_at_0=3.0, friction_at_0=2.0), state, balance)
-    >>> float(balance[FORCE]), float(balance[DRY]), float(balance[BREAKAWAY])
-    (3.0, 2.0, 2.0)
+    ``F(lift) - R(lift) sign(v)``, both tables; chosen. Changes the valve's `balance` (TERMS,), see
+    `apesim.valve.terms`.
     """
     place = 10.0 * (1.0 - state.position / state.valve.stroke)
     balance[FORCE] += interpolate_clamped(effect[:11], place)

@@ -22,28 +22,13 @@ TabulatedHeat.__doc__ = "Heat into chamber A and chamber B over the temperature 
 
 @kernel
 def heat_at(values: tuple[float, ...], temperature: float, ambient: float) -> float:
-    """Return the heat of a table over the temperature of the air above ambient.
+    """Return the heat into the air [W] of a table over the temperature of the air [K] above ambient [K].
 
-    Beyond the ends it is constant, but for heat taken from air that is colder than the first node, and heat put into
-    air that is hotter than the last. These fall off as ``x^2 (3 - 2 x)``, to nothing at half of the first node's and
-    twice the last node's absolute temperature: no wall cools air to 0 K, or heats it without end. Chosen.
+    Heat at the nodes `PLACES` is `values` [W]. Beyond the ends it is constant, but for heat taken from air that is
+    colder than the first node, and heat put into air that is hotter than the last. These fall off as ``x^2 (3 - 2 x)``,
+    to nothing at half of the first node's and twice the last node's absolute temperature: no wall cools air to 0 K, or
+    heats it without end. Chosen.
 
-    Parameters
-    ----------
-    values : tuple of float
-        Heat at the nodes `PLACES` [W].
-    temperature : float
-        Temperature of the air [K].
-    ambient : float
-        Temperature of the ambient [K].
-
-    Returns
-    -------
-    float
-        Heat into the air [W].
-
-    Examples
-    --------
     >>> values = (-100.0, 0.0, 0.0, 0.0, 100.0)
     >>> [heat_at(values, temperature, 280.0) for temperature in (150.0, 200.0, 240.0, 360.0, 540.0, 720.0)]
     [-50.0, -100.0, 0.0, 100.0, 50.0, 0.0]
@@ -59,32 +44,8 @@ def heat_at(values: tuple[float, ...], temperature: float, ambient: float) -> fl
 def tabulated_heat(effect: tuple[float, ...], state: ValveState, balance: np.ndarray) -> None:
     """Add the heat that tables give over the temperature of each chamber's air, ``Q(T - T_0)``, see `heat_at`. Chosen.
 
-    The walls are not known; they count as ones with the temperature of the air.
-
-    Parameters
-    ----------
-    effect : TabulatedHeat
-        Parameters of the effect.
-    state : apesim.valve.terms.ValveState
-        State of the valve.
-    balance : (TERMS,) float array
-        Balance of the valve that is added to, see `apesim.valve.terms`.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> from apesim.air import GasState
-    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
-    >>> from apesim.valve.supply import ValveSupply
-    >>> from apesim.valve.terms import TERMS
-    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
-    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
-    >>> balance = np.zeros(TERMS)
-    >>> state = state._replace(chamber_a=GasState(1e6, state.ambient.temperature + 40.0))
-    >>> tabulated_heat(TabulatedHeat(a_at_40=-7.0), state, balance)
-    >>> round(float(balance[HEAT_A]), 6)
-    -7.0
+    The walls are not known; they count as ones with the temperature of the air. Changes the valve's `balance` (TERMS,),
+    see `apesim.valve.terms`.
     """
     ambient = state.ambient.temperature
     heat_a = heat_at(effect[:5], state.chamber_a.temperature, ambient)

@@ -34,45 +34,6 @@ def compare_archives(
     """Compare two archives by the coordinates of their runs: the machines' keys, then a line for each variable.
 
     The exit code is 3 if they differ.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line; keys in which the archives were made with another machine are shown.
-    path, other : path
-        Archives to compare.
-    rtol : float, optional
-        Relative difference that counts as none [-]; the solver's own error if left out.
-    atol : float
-        Absolute difference that counts as none [SI].
-    show_all : bool
-        Show all variables, not only the first `MAX_SHOWN`, and every difference by itself.
-
-    Returns
-    -------
-    int
-        Exit code: 0 where they are the same, 3 where they differ.
-
-    Raises
-    ------
-    ArchiveError
-        One of them cannot be read.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from typer.testing import CliRunner
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import column, run_axis
-    >>> from apesim.studies.cli import app
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     paths = [f"{folder}/{name}.h5" for name in "ab"]
-    ...     for path, torque in zip(paths, (20.0, 21.0)):
-    ...         variables = {"run": run_axis(1), "torque": column([torque], "N m", "brake torque")}
-    ...         _ = write(Archive("bore = 1", {}, variables), path)
-    ...     output = CliRunner().invoke(app, ["archive", "diff", *paths]).stdout
-    >>> print(output.splitlines()[0].partition(";")[0])
-    1 runs compared: 0 variables the same, 1 differ by more than 0.0001 of their size
     """
     from apesim.archive.inspection import info
     from apesim.studies.archives import comparison

@@ -7,25 +7,6 @@ from apesim.studies.options import ArchivePath, Common
 def show_info(common: Common, path: ArchivePath) -> int:
     """What an archive holds and where it comes from.
 
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line; keys in which the archive was made with another machine are shown.
-    path : path
-        Archive.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where runs are missing or the archive was made with another machine.
-
-    Raises
-    ------
-    ArchiveError
-        The archive cannot be read.
-
-    Examples
-    --------
     >>> import tempfile
     >>> from typer.testing import CliRunner
     >>> from apesim.archive import Archive, write

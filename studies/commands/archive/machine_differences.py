@@ -15,25 +15,10 @@ if TYPE_CHECKING:
 
 
 def given_machine(common: Common) -> "Machine | None":
-    """Return the machine of the command line, where one is given.
+    """Return the machine of the command line; None with neither a machine file nor settings.
 
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
+    Raises InputError where the machine cannot be used.
 
-    Returns
-    -------
-    Machine or None
-        None with neither a machine file nor settings.
-
-    Raises
-    ------
-    InputError
-        The machine cannot be used.
-
-    Examples
-    --------
     >>> from apesim.studies.console import Console
     >>> given_machine(Common(Console(), settings=["engine.bore=90 mm"])).engine.bore
     0.09
@@ -44,23 +29,7 @@ def given_machine(common: Common) -> "Machine | None":
 
 
 def difference_lines(differences: Sequence[dict[str, str]]) -> list[str]:
-    """Write a line for each key that differs.
-
-    Parameters
-    ----------
-    differences : sequence of dict
-        Keys, see `apesim.studies.archives.machines.differences_from`.
-
-    Returns
-    -------
-    list of str
-        Lines for the terminal.
-
-    Examples
-    --------
-    >>> difference_lines([{"file": "a.h5", "key": "engine.bore", "archive": "85 mm", "given": "90 mm"}])
-    ["a.h5: machine: engine.bore is '85 mm', given '90 mm'"]
-    """
+    """Write a line for the terminal for each key that differs, as `differences_from` gives them."""
     return [
         f"{row['file']}: machine: {row['key']} is {row['archive']!r}, given {row['given']!r}" for row in differences
     ]
@@ -69,30 +38,8 @@ def difference_lines(differences: Sequence[dict[str, str]]) -> list[str]:
 def refuse_other_machine(common: Common, paths: Sequence[Path]) -> int | None:
     """Show in which keys archives were made with another machine than the one of the command line.
 
-    Parameters
-    ----------
-    common : Common
-        Console, and the machine of the command line.
-    paths : sequence of path
-        Archives.
-
-    Returns
-    -------
-    int or None
-        Exit code 3 where there are such keys, which are shown then; None where there are none.
-
-    Raises
-    ------
-    InputError
-        The machine of the command line cannot be used.
-
-    Examples
-    --------
-    Without a machine on the command line nothing is compared:
-
-    >>> from apesim.studies.console import Console
-    >>> refuse_other_machine(Common(Console()), [Path("a.h5")]) is None
-    True
+    Returns exit code 3 where there are such keys; None where there are none, or no machine is given. Raises InputError
+    where the machine of the command line cannot be used.
     """
     from apesim.studies.archives.machines import differences_from
 

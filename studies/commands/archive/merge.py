@@ -15,36 +15,7 @@ def merge_archives(
     out: Annotated[Path, typer.Option(metavar="F.h5", help="Archive to write.")],
     overwrite: Overwrite = False,
 ) -> int:
-    """Join the archives of `--shard` jobs.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    paths : list of path
-        Archives of the parts of one sweep.
-    out : path
-        Archive to write.
-    overwrite : bool
-        Replace one that is there.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where runs are missing still, or the parts were made with another machine.
-
-    Raises
-    ------
-    ArchiveError
-        A part cannot be read, the parts are not of one sweep, or the archive exists.
-
-    Examples
-    --------
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> print(CliRunner().invoke(app, ["archive", "merge", "part_1.h5", "part_2.h5", "--out", "sweep.h5"]).exception)
-    part_1.h5: there is no such file; check the name
-    """
+    """Join the archives of `--shard` jobs."""
     from apesim.archive import read_digest
     from apesim.archive.completeness import missing_runs, runs_planned
     from apesim.studies.archives import joining

@@ -24,40 +24,6 @@ def assess_valve(
     """What the valve's lateness, finite speed, fluctuation and control air cost in torque and air.
 
     What lateness and finite speed cost depends on which of them comes first: both orders, and their mean.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    speed : str
-        Range or list of speeds, with its unit.
-    timing : {"fixed", "corrected"}
-        Commands of the machine, or those that meet its targets.
-    out : path
-        Archive to write.
-    overwrite : bool
-        Replace one that is there.
-    figures : bool
-        Draw the figures.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where points failed.
-
-    Raises
-    ------
-    InputError
-        The machine or an option cannot be used.
-    ArchiveError
-        The archive exists.
-
-    Examples
-    --------
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> print(CliRunner().invoke(app, ["engine", "assess", "--timing", "late"]).exception)
-    command line: --timing: 'late' is no timing; write fixed or corrected
     """
     import sys
 

@@ -41,42 +41,6 @@ def find_engine_limit(
     """The highest speed at which the valve opens and closes at its targets, with complete strokes.
 
     For the machine's own supply and targets, and over a grid; with the time from lap to lap that decides it.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    pressure, control_pressure, temperature : str, optional
-        Range or list of the supply's pressures, of those of the control air, and of temperatures, with its unit.
-    duration : str
-        Range or list of the angles from the target opening to the target closing, with its unit.
-    out : path
-        Archive to write.
-    jobs : int, optional
-        Processes; as many as the work is worth if left out.
-    overwrite : bool
-        Replace one that is there.
-    figures : bool
-        Draw the figures.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where points failed.
-
-    Raises
-    ------
-    InputError
-        The machine or an option cannot be used.
-    ArchiveError
-        The archive exists.
-
-    Examples
-    --------
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> print(CliRunner().invoke(app, ["engine", "limit", "--duration", "75"]).exception)
-    command line: --duration: '75' has no unit; write e.g. "75 deg"
     """
     import sys
 

@@ -29,44 +29,6 @@ def optimise_commands(
 
     In the coupled periodic state. For both, the Pareto front stands beside the two optima: commands than which no
     others give more torque with no more air. Exit code 3 where no commands give brake work.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    goal : {"torque", "air", "both"}
-        What is best: the most torque, the least specific air, or both.
-    speed : str
-        Range or list of speeds, with its unit.
-    free : str, optional
-        Supply pressure to optimise as well, with its bounds: ``supply.pressure=LOW:HIGH``.
-    out : path
-        Archive to write.
-    jobs : int, optional
-        Processes; as many as the work is worth if left out.
-    overwrite : bool
-        Replace one that is there.
-    figures : bool
-        Draw the figures.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where points failed.
-
-    Raises
-    ------
-    InputError
-        The machine or an option cannot be used.
-    ArchiveError
-        The archive exists.
-
-    Examples
-    --------
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> print(CliRunner().invoke(app, ["engine", "optimise", "--for", "power"]).exception)
-    command line: --for: 'power' is no option; write "torque", "air" or "both"
     """
     import sys
 

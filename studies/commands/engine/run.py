@@ -44,36 +44,7 @@ COLD = "lowest_cylinder_temperature_K", "exhaust_temperature_K"
 def run_engine(
     common: Common, speed: Annotated[str, typer.Option(metavar="N", help='E.g. "1000 rpm".')], csv: Traces = None
 ) -> int:
-    """One operating point at its periodic steady state.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    speed : str
-        Speed with its unit, e.g. "1000 rpm".
-    csv : path, optional
-        CSV to write the traces to.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where the state has not become periodic.
-
-    Raises
-    ------
-    InputError
-        The machine or an option cannot be used.
-    ArchiveError
-        The CSV cannot be written.
-
-    Examples
-    --------
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> print(CliRunner().invoke(app, ["engine", "run", "--speed", "1000"]).exception)
-    command line: --speed: '1000' has no unit; write e.g. "1000 rpm"
-    """
+    """One operating point at its periodic steady state."""
     import numpy as np
 
     from apesim.archive import find_target

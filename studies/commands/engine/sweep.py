@@ -41,49 +41,6 @@ def sweep_engine(
 ) -> int:
     """The main job: speeds, intakes, timings and any keys into an archive, figures and a table.
 
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    speed : str
-        Range or list of speeds, with its unit.
-    varied : list of str, optional
-        Keys of the machine that are varied as well, each ``key=range``.
-    timing : {"fixed", "corrected", "both"}
-        Command angles of the electro-pneumatic intake: the machine's, or those that meet its targets.
-    intake : str
-        List of "epv", "cam" and "ideal".
-    traces : bool
-        Keep the traces over crank angle, too.
-    out : path
-        Archive to write.
-    jobs : int, optional
-        Processes; as many as the work is worth if left out.
-    dask : str, optional
-        Address of the scheduler of a cluster to compute on.
-    shard : str, optional
-        Share of the points, e.g. "1/4": only every fourth from the first.
-    resume : bool
-        Go on with an interrupted sweep.
-    overwrite : bool
-        Replace an archive that is there.
-    figures : bool
-        Draw the figures.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where points failed.
-
-    Raises
-    ------
-    InputError
-        The machine or an option cannot be used.
-    ArchiveError
-        The archive exists, or is no part of this sweep.
-
-    Examples
-    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> print(CliRunner().invoke(app, ["engine", "sweep", "--shard", "5/4"]).exception)

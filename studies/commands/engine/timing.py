@@ -37,47 +37,7 @@ def correct_timing(
     overwrite: Overwrite = False,
     figures: Figures = True,
 ) -> int:
-    """Command angles that make the valve really open and close at its targets.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    target : str, optional
-        Angles of opening and closing, e.g. "-5 deg, 70 deg"; the machine's if left out.
-    speed : str
-        Range or list of speeds, with its unit.
-    pressure, control_pressure, temperature : str, optional
-        Range or list of the supply's pressures, of those of the control air, and of temperatures, with its unit.
-    out : path
-        Archive to write; CSV, JSON and C header stand beside it.
-    jobs : int, optional
-        Processes; as many as the work is worth if left out.
-    overwrite : bool
-        Replace an archive that is there.
-    figures : bool
-        Draw the figures.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where points failed.
-
-    Raises
-    ------
-    InputError
-        The machine or an option cannot be used.
-    ArchiveError
-        The archive exists.
-
-    Examples
-    --------
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> error = CliRunner().invoke(app, ["engine", "timing", "--target", "70 deg"]).exception
-    >>> str(error).partition(";")[0]
-    "command line: --target: '70 deg' is not an opening and a closing"
-    """
+    """Command angles that make the valve really open and close at its targets."""
     import sys
 
     from apesim.archive import command_line

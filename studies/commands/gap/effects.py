@@ -4,27 +4,7 @@ from apesim.studies.options import Common
 
 
 def list_effects(common: Common) -> None:
-    """The library of effects: slot, parameters with their ranges, equation, source, where it is seen.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line; the machine says which effects come from outside.
-
-    Raises
-    ------
-    InputError
-        The machine cannot be used.
-
-    Examples
-    --------
-    >>> import json
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> effects = json.loads(CliRunner().invoke(app, ["gap", "effects", "--json"]).stdout)["effects"]
-    >>> next(effect["layer"] for effect in effects if effect["name"] == "ring_leakage")
-    'valve'
-    """
+    """The library of effects: slot, parameters with their ranges, equation, source, where it is seen."""
     from apesim.studies.gap.search import library
     from apesim.studies.tables import table_of
 

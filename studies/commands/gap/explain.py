@@ -35,38 +35,6 @@ def explain_gap(
 ) -> int:
     """Find where measurements and model disagree, name the effect that is missing, add it, show the gap shrink.
 
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    folder : path
-        Measured data: a folder with a ``measured.toml``.
-    out : path
-        Folder to write the verdict, the extended machine and the report into.
-    without : list of str, optional
-        Effects that are not to be considered.
-    tolerance : float, optional
-        Size of a gap, over the noise, that does not matter [-]; `TOLERANCE` of `apesim.studies.gap.thresholds` if left
-        out.
-    jobs : int, optional
-        Processes; as many as the work is worth if left out.
-    overwrite : bool
-        Write into a folder that holds something.
-
-    Returns
-    -------
-    int
-        Exit code: 0 where something is concluded, a refusal too; 3 where a simulation ended early.
-
-    Raises
-    ------
-    InputError
-        Machine, effects or measured data cannot be used.
-    ArchiveError
-        The folder holds something that is not to be replaced.
-
-    Examples
-    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> error = CliRunner().invoke(app, ["gap", "explain", "no_folder", "--out", "report"]).exception

@@ -17,33 +17,8 @@ from apesim.studies.options import Common
 def read_inputs(common: Common, folder: str | PathLike[str], without: Sequence[str]) -> tuple[Machine, Measured]:
     """Read machine and measured data of a command; what cannot be used is refused before anything is compiled.
 
-    Parameters
-    ----------
-    common : Common
-        Machine file and settings of the command line.
-    folder : path
-        Folder of the measured data.
-    without : sequence of str
-        Effects that are not to be considered.
-
-    Returns
-    -------
-    machine : Machine
-        Machine that the command line describes.
-    measured : Measured
-        Runs of the folder.
-
-    Raises
-    ------
-    InputError
-        An effect is unknown, or a file cannot be used; the error names every fault.
-
-    Examples
-    --------
-    >>> read_inputs(Common(Console()), "measured", ["ring_leak"])
-    Traceback (most recent call last):
-    ...
-    apesim.quantities.input_errors.InputError: command line: --without: 'ring_leak' is no effect; see apesim gap effects
+    `without` names effects that are not to be considered; the InputError for an unknown effect or an unusable file
+    names every fault.
     """
     machine = common.load_machine()
     faults = find_faults(without, machine)
@@ -56,24 +31,9 @@ def read_inputs(common: Common, folder: str | PathLike[str], without: Sequence[s
 
 
 def compile_march(console: Console, machine: Machine, measured: Measured) -> None:
-    """Simulate a run, as it is, with an effect and with a table, so that what comes after it is compiled.
+    """Simulate the first run, as it is, with an effect and with a table, so that what comes after it is compiled.
 
-    Parameters
-    ----------
-    console : Console
-        Says that something is compiled.
-    machine : Machine
-        Model of the bench.
-    measured : Measured
-        Measured data; the first run is simulated.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from apesim.studies.measured import MeasuredRun
-    >>> times = np.array([0.0, 5e-3])
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 4e-3, "fit", times, {"lift": np.zeros(2)})
-    >>> compile_march(Console(quiet=True), Machine(), Measured("measured", {}, (run,)))
+    The console says that something is compiled.
     """
     run = measured.runs[0]
     nominal = run_of(machine, run)

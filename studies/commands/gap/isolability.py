@@ -17,27 +17,6 @@ HEADER = ("effect", "visible from (5 sigmas)", "retained", "hardly distinguishab
 def show_isolability(common: Common, folder: MeasuredFolder, without: Without = None) -> int:
     """Tell which effects the sensors and runs of a folder could show, from which size on, and what would help.
 
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    folder : path
-        Measured data: a folder with a ``measured.toml``.
-    without : list of str, optional
-        Effects that are not to be considered.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where a simulation ended early.
-
-    Raises
-    ------
-    InputError
-        Machine, effects or measured data cannot be used.
-
-    Examples
-    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> print(CliRunner().invoke(app, ["gap", "isolability", "no_folder", "--without", "ring_leak"]).exception)

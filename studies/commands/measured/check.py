@@ -27,37 +27,6 @@ def check_measured_folder(
     A fault cannot be physics of a rig anywhere near the machine: gap explain and valve fit refuse such data. A warning
     may be real. A hint is information. What measured.toml lacks is named with its right form, and an unknown key with
     those that are known.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    folder : path
-        Measured data: a folder with a ``measured.toml``.
-    out : path, optional
-        Folder to draw the figures into; none are drawn if left out.
-    overwrite : bool
-        Write into a folder that holds something.
-
-    Returns
-    -------
-    int
-        Exit code: 0 where there is no fault, 2 where there is one.
-
-    Raises
-    ------
-    InputError
-        Machine or measured data cannot be read.
-    ArchiveError
-        The folder holds something that is not to be replaced.
-
-    Examples
-    --------
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> error = CliRunner().invoke(app, ["measured", "check", "no_folder"]).exception
-    >>> str(error).partition("; ")[2]
-    'give a folder with measured.toml and the CSV files that it names'
     """
     from apesim.studies.execution.own_thread import call_in_thread
     from apesim.studies.measured import read_measured

@@ -29,47 +29,7 @@ def evaluate_discharge(
     overwrite: Overwrite = False,
     figures: Figures = True,
 ) -> int:
-    """Effective area of a solenoid valve from discharge tests (Eq. 10), with its uncertainty.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line; the machine's gas and ambient air are those of the tests.
-    files : list of path
-        Discharge tests: CSV of time and pressure, or a folder with a ``measured.toml`` that names them.
-    volume : str
-        Volume of the vessel with its unit, e.g. "50 cm^3".
-    temperature : str, optional
-        Temperature of the air at the start with its unit; the ambient one if left out.
-    isothermal : bool
-        The vessel is full of wire, and keeps its temperature.
-    out : path
-        Curve to write, as CSV.
-    overwrite : bool
-        Replace one that is there.
-    figures : bool
-        Draw the figures.
-
-    Returns
-    -------
-    int
-        Exit code: 0; 3 where the tests give no curve.
-
-    Raises
-    ------
-    InputError
-        The machine, an option or a file cannot be used, or the tests are too noisy.
-    ArchiveError
-        The curve exists.
-
-    Examples
-    --------
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> print(CliRunner().invoke(app, ["valve", "discharge", "no_test.csv", "--volume", "50"]).exception)
-    command line: --volume: '50' has no unit; write e.g. "50 cm^3"
-    no_test.csv: there is no file 'no_test.csv'; give a CSV with the header "time [ms],pressure [kPa abs]"
-    """
+    """Effective area of a solenoid valve from discharge tests (Eq. 10), with its uncertainty."""
     from apesim.results import NotConverged
     from apesim.studies.discharge import effective_area
     from apesim.studies.discharge.summary import discharge_lines

@@ -40,40 +40,6 @@ def fit_valve(
     Runs of the role "fit" are fitted. Those of the role "gate" are not: one that contradicts the fitted model beyond
     noise refuses it (exit code 3; the parameters are reported all the same). Those of the role "check" are reported
     only.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    folder : path
-        Measured data: a folder with a ``measured.toml``.
-    free : list of str
-        Keys of the machine to identify, each with its bounds if wanted: ``key=low:high``.
-    method : {"least-squares", "ga"}
-        Least squares, or the paper's genetic algorithm.
-    out : path, optional
-        Folder to write the numbers, the fitted machine and figures into.
-    overwrite : bool
-        Write into a folder that holds something.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where the fit has not converged, or a run refuses the model.
-
-    Raises
-    ------
-    InputError
-        Machine, options or measured data cannot be used.
-    ArchiveError
-        The folder holds something that is not to be replaced.
-
-    Examples
-    --------
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> print(CliRunner().invoke(app, ["valve", "fit", "measured", "--free", "valve.friction"]).exception)
-    command line: --free: 'valve.friction' is no key of a quantity; give one, e.g. valve.viscous_friction
     """
     from dataclasses import replace
 

@@ -25,37 +25,6 @@ def find_valve_limits(
 
     For the machine's own control air and commands, whose duty is their share of a turn, and over a grid.
 
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    pressure, temperature : str
-        Range or list of pressures and temperatures of the control air, with its unit.
-    duty : str
-        Range or list of the share of the period energised [-].
-    out : path
-        Archive to write.
-    jobs : int, optional
-        Processes; as many as the work is worth if left out.
-    overwrite : bool
-        Replace one that is there.
-    figures : bool
-        Draw the figures.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where points failed.
-
-    Raises
-    ------
-    InputError
-        The machine or an option cannot be used.
-    ArchiveError
-        The archive exists.
-
-    Examples
-    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> print(CliRunner().invoke(app, ["valve", "limit", "--duty", "1.5"]).exception)

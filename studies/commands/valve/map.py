@@ -24,35 +24,6 @@ def map_valve_strokes(
 ) -> int:
     """Delay time, stroke time, seating speed, fluctuation over pressure and temperature.
 
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    pressure, temperature : str
-        Range or list of pressures and temperatures of the control air, with its unit.
-    pulse : str
-        Time for which the solenoids are energised, with its unit.
-    out : path
-        Archive to write.
-    overwrite : bool
-        Replace one that is there.
-    figures : bool
-        Draw the figures.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where points failed.
-
-    Raises
-    ------
-    InputError
-        The machine or an option cannot be used.
-    ArchiveError
-        The archive exists.
-
-    Examples
-    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> print(CliRunner().invoke(app, ["valve", "map", "--pressure", "0.4 MPa"]).exception)

@@ -21,44 +21,7 @@ def run_valve(
     ] = None,
     csv: Traces = None,
 ) -> int:
-    """One bench run: delay time, full stroke time, seating speed, fluctuation, control air.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    supply : str, optional
-        Control pressure, e.g. "0.49 MPa gauge"; the machine's if left out.
-    temperature : str, optional
-        Temperature of the supply with its unit; the machine's if left out.
-    pulse : str
-        Time for which the solenoids are energised, with its unit.
-    until : str, optional
-        End of the run with its unit; twice the pulse if left out.
-    repeat : str, optional
-        Rate at which the pulse is repeated to the periodic state, e.g. "30 Hz".
-    csv : path, optional
-        CSV to write the traces to.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where the repeated pulse has not become periodic.
-
-    Raises
-    ------
-    InputError
-        The machine or an option cannot be used.
-    ArchiveError
-        The CSV cannot be written.
-
-    Examples
-    --------
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> print(CliRunner().invoke(app, ["valve", "run", "--supply", "0.49 MPa"]).exception)
-    command line: --supply: '0.49 MPa' says neither gauge nor abs; write "0.49 MPa gauge" or "0.49 MPa abs"
-    """
+    """One bench run: delay time, full stroke time, seating speed, fluctuation, control air."""
     import numpy as np
 
     from apesim.archive import find_target

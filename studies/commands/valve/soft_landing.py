@@ -35,53 +35,9 @@ def find_soft_landing(
     """Pulse patterns that lower the seating speed: a braking re-switch in each stroke.
 
     A brake switches both solenoids at once or one of them alone, whichever lands the piston more softly. Edges are
-    counted from the command edge of their stroke. Brakes are given for the spacing the solenoids can do, and
-    for any spacing; the softest, and the sturdiest at 5 % more and less pressure and 10 K more and less. Exit code 3
-    where no brake within the spacing lowers the seating speed at that cost.
-
-    Parameters
-    ----------
-    common : Common
-        Console and machine of the command line.
-    pressure : str, optional
-        Range or list of control pressures, with its unit; around the machine's own if left out.
-    temperature : str, optional
-        Temperature of the control air, with its unit; the machine's own if left out.
-    cost : str
-        Time that a stroke may take longer, with its unit.
-    spacing : str, optional
-        Time between two edges of a solenoid, at least; that of 120 Hz if left out.
-    solenoids : {"both", "a", "b", "any"}
-        Solenoids that a brake switches.
-    pulse : str
-        Time from each command edge to the next, with its unit.
-    out : path
-        Archive to write.
-    jobs : int, optional
-        Processes; as many as the work is worth if left out.
-    overwrite : bool
-        Replace one that is there.
-    figures : bool
-        Draw the figures.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done, 3 where points failed.
-
-    Raises
-    ------
-    InputError
-        The machine or an option cannot be used.
-    ArchiveError
-        The archive exists.
-
-    Examples
-    --------
-    >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
-    >>> print(CliRunner().invoke(app, ["valve", "soft-landing", "--solenoids", "c"]).exception)
-    command line: --solenoids: 'c' is no option; write "both", "a", "b" or "any"
+    counted from the command edge of their stroke. Brakes are given for the spacing the solenoids can do, and for any
+    spacing; the softest, and the sturdiest at 5 % more and less pressure and 10 K more and less. Exit code 3 where no
+    brake within the spacing lowers the seating speed at that cost.
     """
     import sys
 

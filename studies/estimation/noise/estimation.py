@@ -60,36 +60,11 @@ def noise_of(
     stated: Mapping[str, float],
     changes: Sequence[np.ndarray] = (),
 ) -> tuple[AllNoise, list[str]]:
-    """Estimate the noise of every channel, at each sampling interval that it comes with.
+    """Estimate the noise of every channel, by sensor and sampling interval [s] that it comes with, and give warnings.
 
-    Parameters
-    ----------
-    blocks : sequence of apesim.studies.estimation.residuals.Block
-    predicted : sequence of (n,) float array
-        Prediction of the model for each block [SI].
-    stated : mapping of str to float
-        Standard deviations that the user states [SI], by sensor.
-    changes : sequence of (n, k) float array
-        What may differ between repeats of a run beside noise, in proportion, for each block; without them, what a fault
-        of a file does.
-
-    Returns
-    -------
-    noise : dict of dict of Noise
-        By sensor and sampling interval [s], see `noise_for`.
-    warnings : list of str
-
-    Examples
-    --------
-    A lift at rest with a noise of 0.03 mm that is stated as 0.01 mm:
-
-    >>> from types import SimpleNamespace
-    >>> times, lift = np.arange(2000) * 5e-5, np.random.default_rng(1).normal(0.0, 3e-5, 2000)
-    >>> run = SimpleNamespace(name="p040", role="fit")
-    >>> block = SimpleNamespace(run=run, sensor="lift", times=times, values=lift, interval=5e-5)
-    >>> noise, warnings = noise_of([block], [np.zeros(2000)], {"lift": 1e-5})
-    >>> noise["lift"][5e-5].deviation, warnings
-    (1e-05, ['lift: the noise is stated as 1e-05, but stretches at rest show 3.03e-05 (SI)'])
+    Given are the model's prediction for each block [SI] and the standard deviations that the user states [SI], by
+    sensor; `changes`, (n, k) for each block, is what may differ between repeats of a run beside noise, in proportion;
+    without them, what a fault of a file does.
     """
     groups: dict[tuple[str, int], list[Pair]] = {}
     found: AllNoise = {}
@@ -154,13 +129,9 @@ def _records(pairs: Sequence[Pair], stated: float, changes: Changes) -> Records 
 
 
 def _contrasts(pairs: Sequence[Pair], changes: Changes) -> tuple[list[Record], list[np.ndarray]]:
-    """What repeats of runs differ by: Helmert's contrasts, independent series of the noise's own deviation.
+    """Find what repeats of runs differ by: Helmert's contrasts, independent series of the noise's own deviation.
 
-    Returns
-    -------
-    records : list of Record
-    taken : list of (n, k) float array
-        Orthonormal columns that were taken off each, see `_take_changes_off`.
+    Beside the records are the orthonormal columns, (n, k), that were taken off each, see `_take_changes_off`.
     """
     groups: dict[tuple[Any, ...], list[Pair]] = {}
     records: list[Record] = []
@@ -234,17 +205,6 @@ def _stretches_at_rest(block: Any, values: np.ndarray, rough: float) -> Record:
 def is_known(noise: AllNoise) -> bool:
     """Tell whether the colour of every channel's noise is known from noise itself.
 
-    Parameters
-    ----------
-    noise : dict
-        See `noise_of`.
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
     >>> is_known({"lift": {5e-5: white(3e-5, AT_REST)}, "torque": {0.0: white(0.3, TAKEN_FOR_WHITE)}})
     False
     """
@@ -255,20 +215,6 @@ def may_hum(noise: AllNoise) -> bool:
     """Tell whether channels known from stretches at rest may hum more faintly than those show.
 
     They may where none is seen to hum, and all are white.
-
-    Parameters
-    ----------
-    noise : dict
-        See `noise_of`.
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> may_hum({"lift": {5e-5: white(3e-5, AT_REST)}}), may_hum({"lift": {5e-5: white(3e-5, "repeats")}})
-    (True, False)
     """
     known = [each for by_interval in noise.values() for each in by_interval.values()]
     return any(each.source == AT_REST for each in known) and not any(each.hums or each.order for each in known)
@@ -277,36 +223,11 @@ def may_hum(noise: AllNoise) -> bool:
 def from_what_nothing_explains(
     blocks: Sequence[Any], noise: AllNoise, left: Sequence[np.ndarray], explained: Sequence[np.ndarray]
 ) -> AllNoise:
-    """Estimate the noise of channels that are never at rest and never repeated, anew.
+    """Estimate the noise of channels that are never at rest and never repeated, anew; `noise` stays as it is.
 
-    Where there is nothing left of a channel at a sampling interval, as of gate runs, its colour is that at the nearest.
-
-    Parameters
-    ----------
-    blocks : sequence of apesim.studies.estimation.residuals.Block
-    noise : dict
-        See `noise_of`.
-    left : sequence of (n,) float array
-        Part of each block that neither the nuisances nor any effect of the library can explain [SI].
-    explained : sequence of (n, k) float array
-        Rows of each block of the columns that were taken off, in proportion to [SI].
-
-    Returns
-    -------
-    dict
-        Noise of all channels, as `noise_of` has it; `noise` stays as it is.
-
-    Examples
-    --------
-    Red noise that was taken for white, of which nothing was taken off but a constant:
-
-    >>> from types import SimpleNamespace
-    >>> values = np.cumsum(np.random.default_rng(1).normal(size=2000))
-    >>> block = SimpleNamespace(sensor="lift", times=np.arange(2000) * 5e-5, interval=5e-5)
-    >>> noise = {"lift": {5e-5: white(1.0, TAKEN_FOR_WHITE)}}
-    >>> found = from_what_nothing_explains([block], noise, [values - values.mean()], [np.ones((2000, 1))])
-    >>> round(float(found["lift"][5e-5].predictors[-1][0]), 1), found["lift"][5e-5].source
-    (1.0, 'what nothing in the library explains')
+    `left` is the part of each block that neither the nuisances nor any effect of the library can explain [SI],
+    `explained` the rows, (n, k), of the columns that were taken off it, in proportion to [SI]. Where nothing is left of
+    a channel at a sampling interval, as of gate runs, its colour is that at the nearest.
     """
     noise = {sensor: dict(by_interval) for sensor, by_interval in noise.items()}
     groups = _by_noise(blocks, noise, left, TAKEN_FOR_WHITE)
@@ -337,35 +258,11 @@ def from_what_nothing_explains(
 def hum_of_what_nothing_explains(
     blocks: Sequence[Any], noise: AllNoise, predicted: Sequence[np.ndarray], left: Sequence[np.ndarray]
 ) -> AllNoise | None:
-    """Find hum that is too faint to be seen in stretches at rest, but goes on in them.
+    """Find hum that is too faint to be seen in stretches at rest, but goes on in them; None: there is none.
 
-    A sensor that hums does so at all its sampling intervals.
-
-    Parameters
-    ----------
-    blocks : sequence of apesim.studies.estimation.residuals.Block
-    noise : dict
-        See `noise_of`; one that `may_hum`.
-    predicted : sequence of (n,) float array
-        Prediction of the model for each block [SI].
-    left : sequence of (n,) float array
-        Part of each block that nothing in the library can explain [SI].
-
-    Returns
-    -------
-    dict or None
-        Noise of all channels with their hum; None: there is none.
-
-    Examples
-    --------
-    White noise alone:
-
-    >>> from types import SimpleNamespace
-    >>> times, values = np.arange(2000) * 5e-5, np.random.default_rng(1).normal(0.0, 3e-5, 2000)
-    >>> block = SimpleNamespace(sensor="lift", times=times, values=values, interval=5e-5)
-    >>> noise = {"lift": {5e-5: white(3e-5, AT_REST)}}
-    >>> hum_of_what_nothing_explains([block], noise, [np.zeros(2000)], [values]) is None
-    True
+    Given are noise that `may_hum`, the model's prediction for each block [SI], and the part of it that nothing in the
+    library can explain [SI]. The result is the noise of all channels with their hum; a sensor that hums does so at all
+    its sampling intervals.
     """
     groups = _by_noise(blocks, noise, left, AT_REST)
     channels = [_unexplained(group) for _, group in groups]

@@ -41,25 +41,9 @@ class Records(NamedTuple):
 
 
 def mains_in(channels: Sequence[Records]) -> tuple[float, ...]:
-    """Find the frequencies of the mains that channels hum with; two where they are too short to tell which.
+    """Find the frequencies of the mains [Hz] that channels hum with; two where they are too short to tell which.
 
-    Parameters
-    ----------
-    channels : sequence of Records
-
-    Returns
-    -------
-    tuple of float
-        [Hz]; none: there is no hum.
-
-    Examples
-    --------
-    White noise with a hum of as much, over half a second:
-
-    >>> times = np.arange(0.0, 0.5, 1e-3)
-    >>> values = np.random.default_rng(1).normal(size=500) + np.sin(2.0 * np.pi * 50.0 * times)
-    >>> mains_in([Records([[(values, times)]], "repeats", [], False, np.nan)])
-    (50.0,)
+    Without hum there are none.
     """
     falls: dict[float, list[float]] = {frequency: [] for frequency in MAINS}
     chances: list[float] = []
@@ -84,26 +68,7 @@ def mains_in(channels: Sequence[Records]) -> tuple[float, ...]:
 
 
 def with_hum(records: Records, frequencies: tuple[float, ...]) -> Noise:
-    """Estimate noise from stretches of nothing but noise, and hum.
-
-    Parameters
-    ----------
-    records : Records
-    frequencies : tuple of float
-        Frequencies of the hum [Hz].
-
-    Returns
-    -------
-    Noise
-
-    Examples
-    --------
-    >>> times = np.arange(0.0, 5.0, 1e-3)
-    >>> values = np.random.default_rng(1).normal(size=5000) + 2.0 * np.sin(2.0 * np.pi * 50.0 * times)
-    >>> noise = with_hum(Records([[(values, times)]], "repeats", [], False, np.nan), (50.0,))
-    >>> round(noise.deviation, 1), [(frequency, round(size, 1)) for frequency, size in noise.hums]
-    (1.0, [(50.0, 1.4)])
-    """
+    """Estimate noise from stretches of nothing but noise, and hum of some frequencies [Hz]."""
     if not frequencies:
         return _noise_of_stretches([values for record in records.noise for values, _ in record], records)
     left, fitted, amplitudes, _ = _without_hum(records, frequencies)
@@ -113,24 +78,11 @@ def with_hum(records: Records, frequencies: tuple[float, ...]) -> Noise:
 
 
 def going_on(records: Sequence[Record], rests: Sequence[Record], frequencies: tuple[float, ...]) -> float:
-    """Find the power that the sines that fit whole records best take from their stretches at rest.
+    """Find the power that the sines that fit whole records best take from their stretches at rest [SI squared].
 
-    Parameters
-    ----------
-    records : sequence of list of (values, times)
-        Records of one stretch each, see `Records.noise`.
-    rests : sequence of list of (values, times)
-        Stretches at rest of each record; each is free to drift straight.
-    frequencies : tuple of float
-        Frequencies of the sines [Hz].
+    It is below 0 where the sines add some. Records of one stretch each, see `Records.noise`, and the stretches at rest
+    of each, which are free to drift straight, are lists of (values, times); the frequencies of the sines are in Hz.
 
-    Returns
-    -------
-    float
-        [SI squared]; below 0 where the sines add some.
-
-    Examples
-    --------
     A hum that goes on while the model rests, in the last 100 samples:
 
     >>> times = np.arange(0.0, 0.5, 1e-3)
@@ -162,18 +114,10 @@ def _noise_of_stretches(stretches: Sequence[np.ndarray], records: Records, fitte
 def _without_hum(
     records: Records, frequencies: tuple[float, ...]
 ) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray], float]:
-    """All records without the sines that fit each best.
+    """Take off all records the sines, of frequencies in Hz, that fit each best.
 
-    Returns
-    -------
-    left : list of (n,) float array
-        Stretches of the noise alone.
-    fitted : list of (n, k) float array
-        What was fitted to each of them, see `apesim.studies.estimation.noise.process.autoregressive`.
-    amplitudes : list of (m,) float array
-        Amplitudes of the sines of each record.
-    fall : float
-        Power that the sines take.
+    Returns the stretches of the noise alone, what was fitted to each of them, (n, k), see `autoregressive`, the
+    amplitudes of the sines of each record, and the power that the sines take.
     """
     left: list[np.ndarray] = []
     fitted: list[np.ndarray] = []

@@ -21,21 +21,10 @@ CHANCE = 1e-3
 
 
 def find_rough_noise(blocks: Sequence[Any], stated: Mapping[str, float]) -> dict[str, dict[float, Noise]]:
-    """Find a white noise of each sensor to begin a fit with: the stated one, else from second differences.
+    """Find a white noise of each sensor to begin a fit with: the stated one [SI], else from second differences.
 
-    Parameters
-    ----------
-    blocks : sequence of apesim.studies.estimation.residuals.Block
-    stated : mapping of str to float
-        Standard deviations that the user states [SI], by sensor.
+    The result is by sensor, as `noise_for` takes it.
 
-    Returns
-    -------
-    dict of dict of Noise
-        By sensor, as `apesim.studies.estimation.noise.process.noise_for` takes it.
-
-    Examples
-    --------
     >>> from types import SimpleNamespace
     >>> values = np.linspace(0.0, 9e-3, 5000) + np.random.default_rng(1).normal(0.0, 3e-5, 5000)
     >>> noise = find_rough_noise([SimpleNamespace(sensor="lift", values=values)], {})
@@ -55,27 +44,11 @@ def find_noise_left_over(
 ) -> tuple[dict[str, dict[float, Noise]], dict[str, dict[float, Noise]], list[str]]:
     """Find the noise of each sensor from what the best fit leaves, as an autoregressive process.
 
-    Its standard deviation is the stated one, else from repeats, else from what is left; its colour is from repeats,
-    else from what is left.
+    `differences` are prediction less measurement of each block, at the optimum [SI]; the standard deviation is the
+    stated one [SI], else from repeats, else from what is left, the colour from repeats, else from what is left. Returns
+    by sensor the noise of what is left where that is more than the sensor's own, else the sensor's; the noise of the
+    sensor alone, white where what is left is more and no repeats tell its colour; and warnings.
 
-    Parameters
-    ----------
-    blocks : sequence of apesim.studies.estimation.residuals.Block
-    differences : sequence of (n,) float array
-        Prediction less measurement of each block, at the optimum [SI].
-    stated : mapping of str to float
-        Standard deviations that the user states [SI], by sensor.
-
-    Returns
-    -------
-    noise : dict of dict of Noise
-        Noise of what is left, by sensor, where that is more than the sensor's own; else the sensor's.
-    sensor_noise : dict of dict of Noise
-        Noise of the sensor alone; white where what is left is more, and no repeats tell its colour.
-    warnings : list of str
-
-    Examples
-    --------
     >>> from types import SimpleNamespace
     >>> run = SimpleNamespace(name="p040", pulse=50e-3, supply=0.5e6)
     >>> times, values = np.arange(5000) * 1e-4, np.random.default_rng(1).normal(0.0, 3e-5, 5000)
@@ -121,31 +94,16 @@ def _repeat_contrasts(pairs: Sequence[tuple[Any, np.ndarray]]) -> list[np.ndarra
 
 
 def is_white(whitened: Sequence[np.ndarray]) -> bool:
-    """Tell whether whitened residuals have no correlation left, by the test of Ljung and Box [1]_ at `CHANCE`.
+    """Tell whether whitened residuals [standard deviations] have no correlation left.
 
-    Blocks that are all zero, as those of data without noise, have none.
+    It is the test of Ljung and Box (1978, doi 10.1093/biomet/65.2.297) at `CHANCE`. Blocks that are all zero, as those
+    of data without noise, have none.
 
-    Parameters
-    ----------
-    whitened : sequence of (n,) float array
-        Whitened residuals of each block [standard deviations].
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
     >>> noise = np.random.default_rng(1).normal(size=500)
     >>> is_white([noise]), is_white([noise + 0.5 * np.roll(noise, 1)])
     (True, False)
     >>> is_white([np.zeros(500)])
     True
-
-    References
-    ----------
-    .. [1] G. M. Ljung and G. E. P. Box, "On a measure of lack of fit in time series models", Biometrika 65, 1978,
-       pp. 297-303, doi 10.1093/biomet/65.2.297.
     """
     from scipy.stats import chi2
 

@@ -65,25 +65,9 @@ class Noise(NamedTuple):
 
 
 def white(deviation: float, source: str, samples: float = np.inf) -> Noise:
-    """White noise: without colour and without hum.
+    """Make white noise, without colour and without hum, of a standard deviation [SI] and its source for reports.
 
-    Parameters
-    ----------
-    deviation : float
-        Standard deviation [SI].
-    source : str
-        Source of the deviation, for reports.
-    samples : float
-        Number of independent samples from which the deviation is; inf: it is taken for known.
-
-    Returns
-    -------
-    Noise
-
-    Examples
-    --------
-    >>> white(2e3, "stated").order
-    0
+    The deviation is from so many independent `samples`; inf: it is taken for known.
     """
     return Noise(deviation, (np.zeros(0),), np.ones(1), source, samples=samples)
 
@@ -91,33 +75,12 @@ def white(deviation: float, source: str, samples: float = np.inf) -> Noise:
 def levinson(correlation: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
     """Find the best linear predictors of all orders of a stationary process, by Levinson's recursion.
 
-    They solve Yule and Walker's equations [1]_. The reflection k_m leads from order m - 1 to m, with the variance v of
-    the error of prediction over that of the process::
+    From the correlations 1, c_1, ..., c_n of samples 0 to n apart it gives for each order m the weights of the m
+    samples before, the last one first, and the standard deviation of the error of prediction over that of the process.
+    They solve Yule and Walker's equations (Levinson 1946, doi 10.1002/sapm1946251261) by ``k_m = (c_m - sum(w_i
+    c_(m-i))) / v_(m-1)``, ``v_m = v_(m-1) (1 - k_m^2)``, and end where the correlations belong to no process;
+    `scipy.linalg.solve_toeplitz` solves for one order, and does not tell.
 
-        k_m = (c_m - sum(w_i c_(m-i))) / v_(m-1),    v_m = v_(m-1) (1 - k_m^2)
-
-    The recursion gives all orders at once, of which Schwarz's criterion chooses, and ends where the correlations belong
-    to no process; `scipy.linalg.solve_toeplitz` solves for one order, and does not tell.
-
-    Parameters
-    ----------
-    correlation : (n + 1,) float array
-        Correlations 1, c_1, ..., c_n of samples 0 to n apart.
-
-    Returns
-    -------
-    predictors : tuple of (m,) float array
-        For each order m the weights of the m samples before, the last one first.
-    spread : (orders,) float array
-        Standard deviation of the error of prediction, over that of the process, for each order.
-
-    References
-    ----------
-    .. [1] N. Levinson, "The Wiener (root mean square) error criterion in filter design and prediction", J. Math. Phys.
-       25, 1946, pp. 261-278, doi 10.1002/sapm1946251261.
-
-    Examples
-    --------
     >>> predictors, spread = levinson(np.array([1.0, 0.5, 0.5]))
     >>> [weights.round(3).tolist() for weights in predictors], spread.round(3).tolist()
     ([[], [0.5], [0.333, 0.333]], [1.0, 0.866, 0.816])
@@ -147,45 +110,12 @@ def _predict_by(reflections: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.nda
 def autoregressive(
     segments: Sequence[np.ndarray], source: str, fitted: Sequence[np.ndarray] = (), doubt: float = 0.0
 ) -> Noise:
-    """Estimate noise as an autoregressive process from stretches of nothing but noise.
+    """Estimate noise as an autoregressive process from stretches of nothing but noise [SI]; `source` is for reports.
 
-    The order is that of the least ``n ln(v_m) + m ln(n)`` (Schwarz's criterion [1]_), with n samples and the variance
-    v_m of the error of prediction; see `levinson`. Fewer than `ENOUGH` samples tell no colour.
-
-    What was fitted to white noise and taken off leaves correlations that are not the noise's, minus those of its
-    orthonormal columns: they are added again.
-
-    Parameters
-    ----------
-    segments : sequence of (n,) float array
-        Stretches of noise [SI].
-    source : str
-        Source of the noise, for reports.
-    fitted : sequence of (n, k) float array
-        For each stretch its rows of the orthonormal columns that were fitted, and taken off; none: nothing was.
-    doubt : float
-        Further price of an order beyond the first, besides Schwarz's.
-
-    Returns
-    -------
-    Noise
-
-    Examples
-    --------
-    Noise of a standard deviation of 2 whose neighbours have a correlation of 0.8:
-
-    >>> rng = np.random.default_rng(1)
-    >>> values = [0.0]
-    >>> for innovation in rng.normal(0.0, 1.2, 20000):
-    ...     values.append(0.8 * values[-1] + innovation)
-    >>> noise = autoregressive([np.array(values)], "repeats")
-    >>> noise.order, round(noise.deviation, 1), noise.predictors[-1].round(1).tolist()
-    (1, 2.0, [0.8])
-
-    References
-    ----------
-    .. [1] G. Schwarz, "Estimating the dimension of a model", Ann. Statist. 6, 1978, pp. 461-464,
-       doi 10.1214/aos/1176344136.
+    The order m is that of the least ``n ln(v_m) + m ln(n)`` (Schwarz 1978, doi 10.1214/aos/1176344136), with n samples
+    and the variance v_m of the error of prediction, see `levinson`; `doubt` is a further price of an order beyond the
+    first. Fewer than `ENOUGH` samples tell no colour. `fitted` are for each stretch the rows, (n, k), of the
+    orthonormal columns that were fitted and taken off (none: nothing was), whose correlations are added again.
     """
     samples = sum(map(len, segments))
     free = max(samples - _lagged(fitted, 0), 1.0)  # orthonormal columns: as many as were fitted
@@ -205,27 +135,14 @@ def autoregressive(
 
 
 def take_deviation(noise: Noise, deviation: float) -> Noise:
-    """Take a standard deviation that is known for noise whose colour samples tell.
+    """Take a standard deviation [SI] that is known for noise whose colour samples tell; the order stays.
 
     Samples tell how far each is from its prediction much better than how far slow noise wanders. So the weights are
-    those that are most probable at the deviation d (conditional likelihood [1]_), with the deviation s and the
-    correlations c, C of the samples: least is ``s^2 (1 - 2 w'c + w'Cw) / (d^2 v) + ln v``, with the variance v of the
-    error of prediction over that of a process of such weights.
+    those that are most probable at the deviation d (conditional likelihood, Brockwell and Davis 1991, doi
+    10.1007/978-1-4419-0320-4, section 8.7): least is ``s^2 (1 - 2 w'c + w'Cw) / (d^2 v) + ln v``, with the deviation s
+    and the correlations c, C of the samples, and the variance v of the error of prediction over that of a process of
+    such weights.
 
-    Parameters
-    ----------
-    noise : Noise
-        As the samples have it.
-    deviation : float
-        [SI]
-
-    Returns
-    -------
-    Noise
-        Of the same order.
-
-    Examples
-    --------
     Few samples, which by chance wander farther than noise whose neighbours have a correlation of 0.9:
 
     >>> seen = Noise(1.11, (np.zeros(0), np.array([0.92])), np.array([1.0, 0.392]), "repeats")
@@ -234,11 +151,6 @@ def take_deviation(noise: Noise, deviation: float) -> Noise:
     ([0.9], 0.43)
     >>> round(1.11 * 0.392, 2)  # what the samples show: it stays
     0.44
-
-    References
-    ----------
-    .. [1] P. J. Brockwell and R. A. Davis, "Time Series: Theory and Methods", 2nd ed., Springer, 1991,
-       doi 10.1007/978-1-4419-0320-4, section 8.7.
     """
     if not noise.order:
         return noise._replace(deviation=deviation, is_stated=True)
@@ -271,36 +183,9 @@ def drifting(
 
     Levinson's recursion on what is left of the drifts takes slow noise for drift; for noise of the first order the
     correlation of neighbours is the most probable one whatever the drifts are (restricted likelihood, Patterson and
-    Thompson [1]_).
-
-    Parameters
-    ----------
-    stretches : sequence of (n,) float array
-        Stretches of noise on their drifts [SI].
-    source : str
-        Source of the noise, for reports.
-    fitted : sequence of (n, k) float array
-        Orthonormal columns that were fitted to each stretch, see `autoregressive`; none: the drifts alone.
-    stated : float
-        Standard deviation that is known [SI]; NaN: it is estimated.
-
-    Returns
-    -------
-    Noise
-
-    Examples
-    --------
-    White noise on a line:
-
-    >>> line = np.linspace(0.0, 100.0, 5000)
-    >>> noise = drifting([line + np.random.default_rng(1).normal(0.0, 2.0, 5000)], "stretches at rest")
-    >>> noise.order, round(noise.deviation, 1)
-    (0, 2.0)
-
-    References
-    ----------
-    .. [1] H. D. Patterson and R. Thompson, "Recovery of inter-block information when block sizes are unequal",
-       Biometrika 58, 1971, pp. 545-554, doi 10.1093/biomet/58.3.545.
+    Thompson 1971, doi 10.1093/biomet/58.3.545). Stretches and the standard deviation that is known (NaN: it is
+    estimated) are in SI; `source` is for reports; `fitted` are the orthonormal columns, (n, k), that were fitted to
+    each stretch, see `autoregressive`; none: the drifts alone.
     """
     straight = [_straight(len(values)) for values in stretches]
     bare = [values - line @ (line.T @ values) for values, line in zip(stretches, straight, strict=True)]
@@ -314,35 +199,11 @@ def apart(
     fitted: Sequence[np.ndarray] = (),
     stated: float = np.nan,
 ) -> Noise:
-    """Estimate noise from records of each of which columns of its own were taken off.
+    """Estimate noise from what is left of records [SI] of each of which columns of its own were taken off.
 
-    Columns that vary slowly take more from slow noise than from white; see `drifting`.
-
-    Parameters
-    ----------
-    records : sequence of (n,) float array
-        What is left of each record [SI].
-    columns : sequence of (n, k) float array
-        Orthonormal columns that were taken off each record.
-    source : str
-        Source of the noise, for reports.
-    fitted : sequence of (n, m) float array
-        All orthonormal columns that were fitted to each record, where there are more.
-    stated : float
-        Standard deviation that is known [SI]; NaN: it is estimated.
-
-    Returns
-    -------
-    Noise
-
-    Examples
-    --------
-    White noise less its mean:
-
-    >>> values = np.random.default_rng(1).normal(0.0, 2.0, 5000)
-    >>> noise = apart([values - values.mean()], [np.full((5000, 1), 5000**-0.5)], "repeats")
-    >>> noise.order, round(noise.deviation, 1)
-    (0, 2.0)
+    The columns, (n, k), are orthonormal; those that vary slowly take more from slow noise than from white, see
+    `drifting`. `fitted` are all that were fitted to each record, where there are more; `stated` is a standard deviation
+    that is known [SI], NaN: it is estimated; `source` is for reports.
     """
     groups = [[pair] for pair in zip(records, columns, strict=True)]
     return _coloured(records, groups, source, fitted or columns, stated)
@@ -353,39 +214,9 @@ def beside(
 ) -> Noise:
     """Estimate noise from records of which columns that all share were taken off, by one set of weights.
 
-    Columns that vary slowly take more from slow noise than from white; see `drifting`.
-
-    The likelihood is that of `drifting`, restricted [1]_.
-
-    Parameters
-    ----------
-    records : sequence of (n,) float array
-        What is left of each record [SI].
-    columns : sequence of (n, k) float array
-        For each record its rows of the columns that were taken off.
-    source : str
-        Source of the noise, for reports.
-    fitted : sequence of (n, m) float array
-        For each record the orthonormal columns that were fitted to it alone, besides.
-
-    Returns
-    -------
-    Noise
-
-    Examples
-    --------
-    White noise of which its part along a slope was taken off:
-
-    >>> slope, values = np.linspace(-1.0, 1.0, 5000)[:, None], np.random.default_rng(1).normal(0.0, 2.0, 5000)
-    >>> left_over = values - slope[:, 0] * (slope[:, 0] @ values) / np.sum(slope**2)
-    >>> noise = beside([left_over], [slope], "what nothing explains")
-    >>> noise.order, round(noise.deviation, 1)
-    (0, 2.0)
-
-    References
-    ----------
-    .. [1] H. D. Patterson and R. Thompson, "Recovery of inter-block information when block sizes are unequal",
-       Biometrika 58, 1971, pp. 545-554, doi 10.1093/biomet/58.3.545.
+    For each record, (n,) [SI], `columns` holds its rows of what was taken off, (n, k), and `fitted` the orthonormal
+    columns that were fitted to it alone besides, (n, m). The likelihood is that of `drifting`, restricted (Patterson
+    and Thompson 1971, doi 10.1093/biomet/58.3.545); columns that vary slowly take more from slow noise than from white.
     """
     base, sizes, _ = np.linalg.svd(np.vstack(columns), full_matrices=False)
     ends = np.cumsum([len(values) for values in records])[:-1]
@@ -446,33 +277,15 @@ def _straight(n: int) -> np.ndarray:
 
 
 class Whitening:
-    """Whitening of samples at given times: the standard deviation of the noise, its colour and its hum taken off.
+    """Whitening of samples at `times` [s]: the noise's standard deviation, its colour and its hum taken off.
 
     Sample i becomes the error of its best prediction from the m samples before it, over the standard deviation of that
-    error; m is the order of the noise, or i where fewer samples come before::
+    error, ``(y_i - sum(w_j y_(i-j), j = 1..m)) / (deviation spread_m)``; m is the order of the noise, or i where fewer
+    come before (innovations, Brockwell and Davis 1991, doi 10.1007/978-1-4419-0320-4, chapter 5). Hum adds sines W of
+    random size to the covariance, which becomes ``1 + W W'``; the result is multiplied by ``(1 + W W')^(-1/2)``. Where
+    samples are missing among evenly spaced ones, each is predicted from those that are there; at other uneven times the
+    correlation of neighbours falls exponentially with time, and hum is left as it is.
 
-        (y_i - sum(w_j y_(i-j), j = 1..m)) / (deviation spread_m)
-
-    Noise so treated is white, of standard deviation 1. Hum adds sines W of random size to the covariance, which becomes
-    ``1 + W W'`` of what is whitened so; the result is multiplied by ``(1 + W W')^(-1/2)``.
-
-    The errors of prediction of a stationary process are its innovations [1]_.
-
-    Parameters
-    ----------
-    noise : Noise
-    times : (n,) float array
-        Times of the samples [s]; they matter for hum, and where their intervals differ. Where samples are missing among
-        evenly spaced ones, each is predicted from those that are there. Elsewhere the correlation of neighbours falls
-        exponentially with time, and hum is left as it is.
-
-    References
-    ----------
-    .. [1] P. J. Brockwell and R. A. Davis, "Time Series: Theory and Methods", 2nd ed., Springer, 1991,
-       doi 10.1007/978-1-4419-0320-4, chapter 5.
-
-    Examples
-    --------
     >>> red = Noise(2.0, (np.zeros(0), np.array([0.8])), np.array([1.0, 0.6]), "stated")
     >>> Whitening(red, np.arange(3.0)).whiten(np.array([[2.0], [2.8], [1.04]])).ravel().round(6).tolist()
     [1.0, 1.0, -1.0]
@@ -490,23 +303,7 @@ class Whitening:
             self.hum = left, 1.0 / np.sqrt(1.0 + sizes**2) - 1.0
 
     def whiten(self, columns: np.ndarray) -> np.ndarray:
-        """Whiten columns.
-
-        Parameters
-        ----------
-        columns : (n, k) float array
-            [SI]
-
-        Returns
-        -------
-        (n, k) float array
-            [standard deviations]
-
-        Examples
-        --------
-        >>> Whitening(white(0.5, "stated"), np.arange(2.0)).whiten(np.array([[1.0], [2.0]])).tolist()
-        [[2.0], [4.0]]
-        """
+        """Whiten columns, (n, k) [SI], into (n, k) [standard deviations]."""
         noise, filtered = self.noise, columns.astype(float)
         if self.is_even:
             for lag, weight in enumerate(noise.predictors[-1], 1):
@@ -582,47 +379,15 @@ def _whitened_uneven(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np
 
 
 def sines(frequency: float, times: np.ndarray) -> np.ndarray:
-    """Sine and cosine of a frequency at given times.
-
-    Parameters
-    ----------
-    frequency : float
-        [Hz]
-    times : (n,) float array
-        [s]
-
-    Returns
-    -------
-    (n, 2) float array
-
-    Examples
-    --------
-    >>> sines(50.0, np.array([0.0, 0.005])).round(6).tolist()
-    [[0.0, 1.0], [1.0, 0.0]]
-    """
+    """Sine and cosine of a frequency [Hz] at given times (n,) [s], (n, 2)."""
     angle = 2.0 * np.pi * frequency * times
     return np.column_stack([np.sin(angle), np.cos(angle)])
 
 
 def noise_for(noise: Mapping[str, Mapping[float, Noise]], block: Any) -> Noise:
-    """The noise of a block: that of its sensor, at the nearest sampling interval.
+    """The noise of a block: that of its sensor, at the nearest sampling interval [s].
 
-    Parameters
-    ----------
-    noise : dict of dict of Noise
-        Noise by sensor and sampling interval [s].
-    block : apesim.studies.estimation.residuals.Block
-
-    Returns
-    -------
-    Noise
-
-    Examples
-    --------
-    >>> from types import SimpleNamespace
-    >>> noise = {"lift": {1e-4: white(3e-5, "stated"), 1e-3: white(2e-5, "stated")}}
-    >>> noise_for(noise, SimpleNamespace(sensor="lift", interval=2e-4)).deviation
-    3e-05
+    `noise` is by sensor and sampling interval [s], `block` an `apesim.studies.estimation.residuals.Block`.
     """
     known = noise[block.sensor]
     return known[min(known, key=lambda interval: abs(interval - block.interval))]

@@ -19,41 +19,12 @@ MIN_SHIFT = 1e-3
 
 
 def draws_of(noise: Noise, number: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Draw noises that may be the true one.
+    """Draw noises that may be the true one: their variances (number,) and shifts of weights (number, order).
 
-    Of an autoregressive process that is known from n samples, the variance of its innovations has n degrees of freedom,
-    and its weights have the covariance of large samples, their variance times the inverse of the process's own
-    covariance over n (Brockwell and Davis [1]_). Where the deviation is known, the weights w alone are in doubt, and
-    the variance of the innovations tells them, too: ``(d ln v / dw)^2 / 2`` more for each sample.
-
-    Parameters
-    ----------
-    noise : apesim.studies.estimation.noise.process.Noise
-        Noise as it is estimated.
-    number : int
-        Number of draws.
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    variance : (number,) float array
-        Variance of the innovations, over that of the estimate.
-    shift : (number, order) float array
-        Shift of the weights of the samples before.
-
-    Examples
-    --------
-    White noise whose standard deviation is known from 200 samples, to 5 %:
-
-    >>> from apesim.studies.estimation.noise.process import white
-    >>> variance, shift = draws_of(white(3e-5, "repeats", 200.0), 10000, np.random.default_rng(1))
-    >>> round(float(np.std(np.sqrt(variance))), 2), shift.shape
-    (0.05, (10000, 0))
-
-    References
-    ----------
-    .. [1] P. J. Brockwell and R. A. Davis, "Time Series: Theory and Methods", 2nd ed., Springer, 1991,
-       doi 10.1007/978-1-4419-0320-4, section 8.1.
+    Variances are those of the innovations, over that of the estimate. For a noise known from n samples they have n
+    degrees of freedom, and the weights have the covariance of large samples (Brockwell and Davis 1991, doi
+    10.1007/978-1-4419-0320-4, section 8.1). Where the deviation is known, the weights w alone are in doubt, and the
+    variance of the innovations tells them, too: ``(d ln v / dw)^2 / 2`` more for each sample.
     """
     weights = noise.predictors[-1]
     shift = np.zeros((number, noise.order))
@@ -92,29 +63,8 @@ def scatter(
 ) -> np.ndarray:
     """Draw the factors by which scores of noise alone are larger, were the noise another that it may be.
 
-    Parameters
-    ----------
-    parts : list of (Noise, slice)
-        Noise of rows of the shapes; the same object is the same noise. Rows without any have a noise that is known.
-    shapes : (n, m) float array
-        Whitened changes of the data, each of length 1.
-    number : int
-        Number of draws.
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    (number, m) float array
-
-    Examples
-    --------
-    White noise whose standard deviation is known from 200 samples, to 5 %:
-
-    >>> from apesim.studies.estimation.noise.process import white
-    >>> parts = [(white(3e-5, "repeats", 200.0), slice(0, 4))]
-    >>> factors = scatter(parts, np.full((4, 1), 0.5), 10000, np.random.default_rng(1))
-    >>> round(float(np.std(factors)), 2)
-    0.05
+    `shapes`, (n, m), are whitened changes of the data, each of length 1, `parts` the noise of their rows: the same
+    object is the same noise, and rows without any have a noise that is known. The factors are (number, m).
     """
     groups: dict[int, tuple[Noise, list[np.ndarray]]] = {}
     for noise, rows in parts:
@@ -146,29 +96,7 @@ def _weights(length: int) -> np.ndarray:
 
 
 def parts_of(residuals: Any) -> list[tuple[Noise, slice]]:
-    """Find the noise of each block's rows, as `scatter` takes it.
-
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-
-    Returns
-    -------
-    list of (Noise, slice)
-        Noise of each block, and its rows among those of the residuals.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.studies.estimation.noise.process import white
-    >>> from apesim.studies.estimation.residuals import WhitenedResiduals
-    >>> from apesim.studies.measured import MeasuredRun
-    >>> times = np.array([0.0, 1e-3])
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": 0.0 * times})
-    >>> noise = {"lift": {1e-3: white(3e-5, "stated")}}
-    >>> [(noise.deviation, rows.stop) for noise, rows in parts_of(WhitenedResiduals(Machine(), [run], [], noise))]
-    [(3e-05, 2)]
-    """
+    """Find the noise of each block and its rows among those of whitened residuals, as `scatter` takes them."""
     return [
         (noise_for(residuals.noise, block), rows)
         for block, rows in zip(residuals.blocks, residuals.block_slices(), strict=True)

@@ -28,28 +28,10 @@ UNNAMED = ("effects", "effects.files")
 
 
 def conditions_of(machine: str, shown: Collection[str] = (), more: str = "") -> str:
-    """Conditions of a figure: the supply, and where the machine deviates from the default one.
+    """Conditions of a figure, in lines: the supply, and where the machine deviates from the default one.
 
-    Parameters
-    ----------
-    machine : str
-        TOML, as in an archive.
-    shown : collection of str
-        Keys that the figure shows over a range, so that they have no one value.
-    more : str
-        What else was held constant, e.g. "75 ms pulse".
-
-    Returns
-    -------
-    str
-        One or more lines.
-
-    Examples
-    --------
-    >>> from apesim.engine.machine import Machine
-    >>> from apesim.quantities.settings import dumps
-    >>> conditions_of(dumps(Machine()), more="75 ms pulse")
-    'supply 1 MPa gauge, 287 K; 75 ms pulse; default machine'
+    `machine` is TOML, as in an archive. `shown` are keys that the figure shows over a range, so that they have no one
+    value, and `more` says what else was held constant, e.g. "75 ms pulse".
     """
     supply = tomllib.loads(machine)["supply"]
     values = [supply[key.split(".")[1]] for key in SUPPLY if key not in shown]
@@ -64,45 +46,13 @@ def conditions_of(machine: str, shown: Collection[str] = (), more: str = "") -> 
 
 
 def supply_keys_of(archive: Archive) -> tuple[str, str]:
-    """Name the keys of the supply that a grid varies.
-
-    Parameters
-    ----------
-    archive : Archive
-        Results over pressure and temperature.
-
-    Returns
-    -------
-    tuple of str
-        Keys of the machine file: pressure of supply or control air, temperature.
-
-    Examples
-    --------
-    >>> supply_keys_of(Archive("", {}, {}))
-    ('supply.pressure', 'supply.temperature')
-    """
+    """Name the keys of the supply that a grid varies: pressure of supply or control air, and temperature."""
     keys = dict(zip(PRESSURE_AXES, ("supply.pressure", "supply.control_pressure"), strict=True))
     return keys[find_pressure_axis(archive)], "supply.temperature"
 
 
 def conditions_of_vessel(vessel: Vessel) -> str:
-    """Conditions of discharge tests: what emptied, and into what.
-
-    Parameters
-    ----------
-    vessel : apesim.studies.discharge.Vessel
-
-    Returns
-    -------
-    str
-        One line.
-
-    Examples
-    --------
-    >>> from apesim.air import gas_of
-    >>> conditions_of_vessel(Vessel(50e-6, 293.0, 101325.0, gas_of(Machine().air)))
-    'vessel of 50 cm³, 293 K at the switch, into 101.3 kPa abs'
-    """
+    """Conditions of discharge tests, in one line: what emptied, and into what."""
     volume, ambient = vessel.volume * 1e6, vessel.ambient_pressure / 1e3
     kind = "isothermal vessel" if vessel.wall == inf else "vessel"
     return f"{kind} of {volume:.4g} cm³, {vessel.temperature:g} K at the switch, into {ambient:.4g} kPa abs"

@@ -36,28 +36,10 @@ figure above is not blurred."""
 def write_figures(
     figures: Mapping[str, Callable[[], Figure]], folder: str | PathLike[str], conditions: str = ""
 ) -> list[Path]:
-    """Draw figures in the house style, and write each as PNG and PDF.
+    """Draw figures in the house style, and write each as PNG and PDF into a folder, made if it does not exist.
 
-    Parameters
-    ----------
-    figures : mapping of str to function
-        What draws each figure, by the name of its file without the ending.
-    folder : path
-        Made if it does not exist.
-    conditions : str
-        Conditions at which they were made, see `apesim.studies.figures.drawing.conditions.conditions_of`.
-
-    Returns
-    -------
-    list of Path
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from apesim.studies.figures.drawing.panels import open_one
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     [path.name for path in write_figures({"empty": lambda: open_one((2.0, 1.0))[0]}, folder)]
-    ['empty.png', 'empty.pdf']
+    `figures` holds what draws each, by the name of its file without the ending; `conditions` are as
+    `apesim.studies.figures.drawing.conditions.conditions_of` gives them.
     """
     make_folder(folder, overwrite=True)
     names = list(figures)
@@ -81,32 +63,9 @@ def _paths_of(folder: str | PathLike[str], name: str) -> list[Path]:
 
 
 def save(figure: Figure, folder: str | PathLike[str], name: str, conditions: str = "") -> list[Path]:
-    """Write a figure as PNG and PDF, the same bytes each time.
+    """Write a figure as PNG and PDF, the same bytes each time, into a folder that exists.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    folder : path
-        A folder that exists.
-    name : str
-        Name of the files without their ending.
-    conditions : str
-        Conditions at which the figure was made; they are written below it, and the figure itself stays as it is.
-
-    Returns
-    -------
-    list of Path
-        The PNG and the PDF.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from apesim.studies.figures.drawing.panels import open_one
-    >>> figure, _ = open_one((2.0, 1.0))
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     png, pdf = save(figure, folder, "empty", "supply 1 MPa gauge")
-    ...     pdf.read_bytes()[:4]
-    b'%PDF'
+    `name` is without an ending. `conditions` are written below the figure, which itself stays as it is.
     """
     _lay_out(figure)
     width, height = figure.get_size_inches()
@@ -137,25 +96,7 @@ def _fewer_font_tables() -> Iterator[None]:
 
 
 def svg(figure: Figure) -> str:
-    """Write a figure as SVG, the same text each time.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        Figure to write; it is laid out once.
-
-    Returns
-    -------
-    str
-        Text of the file.
-
-    Examples
-    --------
-    >>> from apesim.studies.figures.drawing.panels import open_one
-    >>> figure, _ = open_one((2.0, 1.0))
-    >>> svg(figure).rstrip()[-6:]
-    '</svg>'
-    """
+    """Write a figure, which is laid out once, as the text of an SVG, the same each time."""
     _lay_out(figure)
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})

@@ -25,24 +25,10 @@ def draw_over_pressure(
 ) -> None:
     """Draw a column over gauge pressure, a colour for each value of a parameter, a style for each temperature.
 
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    v : mapping of str to (n,) array
-        Columns over runs, among them ``supply_pressure`` [Pa abs] and ``supply_temperature`` [K].
-    column : str
-        Name of the column to draw.
-    parameter : str
-        Name of the column that chooses the colour.
-    label : str
-        Text for the legend, with a place for the value of the parameter, e.g. "duty {:g}".
-    ambient_pressure : float
-        [Pa abs]
-    brightest : float
-        Place of the last colour on the colour map, 0 to 1.
+    `v` holds columns over runs, (n,), among them ``supply_pressure`` [Pa abs] and ``supply_temperature`` [K];
+    `parameter` names the one that chooses the colour. `label` has a place for its value, e.g. "duty {:g}";
+    `ambient_pressure` is in [Pa abs], and `brightest` the place of the last colour on the colour map, 0 to 1.
 
-    Examples
-    --------
     >>> from apesim.studies.figures.drawing.panels import open_one
     >>> v = {"supply_pressure": np.array([0.6e6, 1.1e6]), "supply_temperature": np.array([287.0, 287.0])}
     >>> v |= {"duty": np.array([0.5, 0.5]), "limit_hz": np.array([22.0, 30.0])}
@@ -64,22 +50,10 @@ def draw_over_pressure(
 def draw_own_point(
     axis: Axes, v: Mapping[str, np.ndarray], column: str, *, ambient_pressure: float, more: str = ""
 ) -> None:
-    """Draw the machine's own point of a map of limits as a star.
+    """Draw the machine's own point of a map of limits as a star; `more` is what the legend says besides.
 
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    v : mapping of str to (n,) array
-        Columns over runs.
-    column : str
-        Name of the column to draw.
-    ambient_pressure : float
-        [Pa abs]
-    more : str
-        What the legend says of it besides.
+    `v` holds columns over runs, (n,); `ambient_pressure` is in [Pa abs].
 
-    Examples
-    --------
     >>> from apesim.studies.figures.drawing.panels import open_one
     >>> from apesim.studies.limit.points import Point
     >>> v = {"point": np.array([Point.GRID, Point.OWN]), "supply_pressure": np.array([0.6e6, 1.1e6])}

@@ -33,29 +33,10 @@ MAX_SPECIFIC_AIR = 150.0
 
 
 def open_panels(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, np.ndarray]:
-    """Open a figure with a grid of panels, laid out so that no texts overlap.
+    """Open a figure with a (rows, columns) grid of panels, laid out so that no texts overlap.
 
-    The figure belongs to no window and to no backend, so that it can be drawn anywhere, and is gone when it is no
-    longer used.
-
-    Parameters
-    ----------
-    rows, columns : int
-    size : tuple of float
-        Width and height [inch].
-    **options
-        What `matplotlib.figure.Figure.subplots` takes, e.g. ``sharey=True``.
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-    panels : (rows, columns) array of matplotlib.axes.Axes
-
-    Examples
-    --------
-    >>> figure, panels = open_panels(1, 2, (9.2, 3.9), sharey=True)
-    >>> panels.shape
-    (1, 2)
+    `size` is width and height [inch], `options` are those of `matplotlib.figure.Figure.subplots`. The figure belongs to
+    no window and to no backend, so that it can be drawn anywhere, and is gone when it is no longer used.
     """
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
@@ -63,111 +44,30 @@ def open_panels(rows: int, columns: int, size: tuple[float, float], **options: A
 
 
 def open_row(count: int, size: tuple[float, float] = TWO, **options: Any) -> tuple[Figure, np.ndarray]:
-    """Open a figure with panels side by side; see `open_panels`.
-
-    Parameters
-    ----------
-    count : int
-        Number of panels.
-    size : tuple of float
-        Width and height [inch].
-    **options
-        What `open_panels` takes.
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-        The figure.
-    panels : (count,) array of matplotlib.axes.Axes
-        Its panels.
-
-    Examples
-    --------
-    >>> figure, (left, right) = open_row(2, sharey=True)
-    >>> len(figure.axes)
-    2
-    """
+    """Open a figure of width and height `size` [inch] with panels side by side, (count,); see `open_panels`."""
     figure, panels = open_panels(1, count, size, **options)
     return figure, panels[0]
 
 
 def open_column(count: int, size: tuple[float, float], **options: Any) -> tuple[Figure, np.ndarray]:
-    """Open a figure with panels one above the other, which share the x axis; see `open_panels`.
+    """Open a figure with panels one above the other, (count,), which share the x axis; see `open_panels`.
 
-    Parameters
-    ----------
-    count : int
-        Number of panels.
-    size : tuple of float
-        Width and height [inch].
-    **options
-        What `open_panels` takes.
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-        The figure.
-    panels : (count,) array of matplotlib.axes.Axes
-        Its panels.
-
-    Examples
-    --------
-    >>> figure, (above, below) = open_column(2, (6.4, 4.6), height_ratios=(3, 1))
-    >>> len(figure.axes)
-    2
+    `size` is width and height of the figure [inch].
     """
     figure, panels = open_panels(count, 1, size, sharex=True, **options)
     return figure, panels[:, 0]
 
 
 def open_one(size: tuple[float, float] = ONE) -> tuple[Figure, Axes]:
-    """Open a figure with one panel; see `open_panels`.
-
-    Parameters
-    ----------
-    size : tuple of float
-        Width and height [inch].
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-        The figure.
-    panel : matplotlib.axes.Axes
-        Its panel.
-
-    Examples
-    --------
-    >>> figure, panel = open_one((4.0, 3.0))
-    >>> figure.axes == [panel]
-    True
-    """
+    """Open a figure of width and height `size` [inch] with one panel; see `open_panels`."""
     figure, panels = open_panels(1, 1, size)
     return figure, panels[0, 0]
 
 
 def open_wrapped(count: int, panel: tuple[float, float], **options: Any) -> tuple[Figure, np.ndarray]:
-    """Open a figure with panels side by side, `MAX_COLUMNS` a row; see `open_panels`.
+    """Open a figure with panels side by side, (count,), `MAX_COLUMNS` a row; see `open_panels`.
 
-    Parameters
-    ----------
-    count : int
-        Number of panels.
-    panel : tuple of float
-        Width and height of each [inch].
-    **options
-        What `open_panels` takes.
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-    panels : (count,) array of matplotlib.axes.Axes
-        Those that are left over in the last row are gone.
-
-    Examples
-    --------
-    >>> figure, panels = open_wrapped(7, (3.0, 2.6))
-    >>> len(figure.axes), figure.get_size_inches().round(1).tolist()
-    (7, [9.0, 7.8])
+    `panel` is width and height of each [inch]; those that are left over in the last row are gone.
     """
     columns = max(min(count, MAX_COLUMNS), 1)
     rows = max(-(-count // columns), 1)
@@ -180,20 +80,7 @@ def open_wrapped(count: int, panel: tuple[float, float], **options: Any) -> tupl
 def add_legend(axis: Axes, **options: Any) -> None:
     """Add a legend to a panel where none of its lines runs: where there is room, else above them all.
 
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-        Its upper limit is raised where no place is free.
-    **options
-        What `matplotlib.axes.Axes.legend` takes, e.g. ``title="speed [r/min]"``.
-
-    Examples
-    --------
-    >>> _, panel = open_one()
-    >>> _ = panel.plot([0.0, 1.0], [0.0, 1.0], label="torque")
-    >>> add_legend(panel)
-    >>> [text.get_text() for text in panel.get_legend().get_texts()]
-    ['torque']
+    The upper limit of `axis` is raised where no place is free; `options` are those of `matplotlib.axes.Axes.legend`.
     """
     handles, _ = axis.get_legend_handles_labels()
     if not handles:
@@ -238,23 +125,8 @@ def _is_covered(axis: Axes) -> bool:
 def add_figure_legend(figure: Figure, handles: Sequence[Any], *, side: Side = "lower", **options: Any) -> None:
     """Add a legend outside all panels, in as many columns as the figure is wide; long labels are wrapped.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    handles : sequence of matplotlib.artist.Artist
-        What it explains, each with its label.
-    side : {"lower", "upper"}
-        Below the panels, or above them.
-    **options
-        What `matplotlib.figure.Figure.legend` takes.
-
-    Examples
-    --------
-    >>> figure, panel = open_one((4.0, 3.0))
-    >>> lines = [panel.plot([0.0], [0.0], label=f"calibrated model with effect {number}")[0] for number in range(4)]
-    >>> add_figure_legend(figure, lines)
-    >>> figure.legends[0]._ncols
-    1
+    It explains `handles` by their labels, and stands below the panels or, with "upper", above them; `options` are those
+    of `matplotlib.figure.Figure.legend`.
     """
     labels = [textwrap.fill(str(handle.get_label()), LABEL_LETTERS) for handle in handles]
     for ncols in range(max(len(handles), 1), 0, -1):
@@ -269,19 +141,7 @@ def label_axes(
 ) -> None:
     """Write names with units at the axes of a panel, and its title.
 
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    x, y : tuple of str, optional
-        Name and unit; the unit "" is that of a pure number or of words. Left as it is without one.
-    title : str, optional
-
-    Examples
-    --------
-    >>> _, panel = open_one()
-    >>> label_axes(panel, x=("speed", "r/min"), y=("brake torque", "N m"))
-    >>> panel.get_xlabel(), panel.get_ylabel()
-    ('speed [r/min]', 'brake torque [N m]')
+    `x` and `y` are name and unit, "" being that of a pure number or of words; what is None stays as it is.
     """
     if x is not None:
         axis.set_xlabel(named(*x))
@@ -292,122 +152,36 @@ def label_axes(
 
 
 def named(name: str, unit: str) -> str:
-    """A name with its unit in brackets; the name alone where the unit is "".
-
-    Parameters
-    ----------
-    name, unit : str
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> named("speed", "r/min")
-    'speed [r/min]'
-    """
+    """A name with its unit in brackets; the name alone where the unit is ""."""
     return f"{name} [{unit}]" if unit else name
 
 
 def draw_zero(axis: Axes, *, colour: str = "0.6", width: float = 0.8) -> None:
-    """Draw the line at zero of the y axis.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    colour : str
-    width : float
-        [pt]
-
-    Examples
-    --------
-    >>> _, panel = open_one()
-    >>> draw_zero(panel)
-    >>> panel.lines[0].get_ydata()
-    [0.0, 0.0]
-    """
+    """Draw the line at zero of the y axis, so wide [pt]."""
     axis.axhline(0.0, color=colour, lw=width)
 
 
 def add_legend_entry(axis: Axes, label: str, **look: Any) -> None:
     """Add an entry to the legend of a panel for which nothing is drawn, e.g. what a dashed line means.
 
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    label : str
-    **look
-        What `matplotlib.axes.Axes.plot` takes.
-
-    Examples
-    --------
-    >>> _, panel = open_one()
-    >>> add_legend_entry(panel, "fixed", ls="--")
-    >>> panel.get_legend_handles_labels()[1]
-    ['fixed']
+    `look` holds options of `matplotlib.axes.Axes.plot`.
     """
     axis.plot([], [], label=label, **{"color": GREY} | look)
 
 
 def legend_handle(**look: Any) -> Line2D:
-    """A line for a legend that is drawn nowhere else.
-
-    Parameters
-    ----------
-    **look
-        What `matplotlib.lines.Line2D` takes.
-
-    Returns
-    -------
-    matplotlib.lines.Line2D
-
-    Examples
-    --------
-    >>> legend_handle(color="0.3", ls=":").get_linestyle()
-    ':'
-    """
+    """A line for a legend that is drawn nowhere else; `look` holds options of `matplotlib.lines.Line2D`."""
     return Line2D([], [], **look)
 
 
 def columns_of(archive: Archive) -> dict[str, np.ndarray]:
-    """Values of all variables of an archive.
-
-    Parameters
-    ----------
-    archive : Archive
-
-    Returns
-    -------
-    dict of str to ndarray
-        By name of the variable.
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column
-    >>> columns_of(Archive("", {}, {"torque": column([20.0, 21.0], "N m", "brake torque")}))
-    {'torque': array([20., 21.])}
-    """
+    """Values of all variables of an archive, by name."""
     return {name: variable.values for name, variable in archive.variables.items()}
 
 
 def gauge_in_mpa(pressure: np.ndarray, ambient_pressure: float) -> np.ndarray:
-    """Gauge pressure as figures show it.
+    """Gauge pressure as figures show it [MPa gauge], from a pressure, float or array, and the ambient one [Pa abs].
 
-    Parameters
-    ----------
-    pressure : float or ndarray
-        [Pa abs]
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    float or ndarray
-        [MPa gauge]
-
-    Examples
-    --------
     >>> gauge_in_mpa(np.array([0.6e6, 1.1e6]), 0.1e6)
     array([0.5, 1. ])
     """
@@ -417,19 +191,8 @@ def gauge_in_mpa(pressure: np.ndarray, ambient_pressure: float) -> np.ndarray:
 def break_at_gaps(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Break a line where samples are far apart, so that none is drawn over what nobody measured.
 
-    Parameters
-    ----------
-    x : (n,) float array
-        Ascending.
-    values : (n,) float array
+    `x` ascends. The result has a NaN among the values in each gap that is longer than `MIN_GAP` usual steps.
 
-    Returns
-    -------
-    x, values : (m,) float array
-        With a NaN among the values in each gap that is longer than `MIN_GAP` usual steps.
-
-    Examples
-    --------
     >>> x, values = break_at_gaps(np.array([0.0, 1.0, 2.0, 12.0, 13.0]), np.arange(5.0))
     >>> values.tolist()
     [0.0, 1.0, 2.0, nan, 3.0, 4.0]
@@ -439,44 +202,14 @@ def break_at_gaps(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def find_gaps(x: np.ndarray) -> np.ndarray:
-    """Find the first sample behind each gap that is longer than `MIN_GAP` usual steps.
-
-    Parameters
-    ----------
-    x : (n,) float array
-        Ascending.
-
-    Returns
-    -------
-    (k,) int array
-
-    Examples
-    --------
-    >>> find_gaps(np.array([0.0, 1.0, 2.0, 12.0, 13.0])).tolist()
-    [3]
-    """
+    """Find the first sample behind each gap that is longer than `MIN_GAP` usual steps of the ascending x, (k,)."""
     steps = np.diff(x)
     return np.flatnonzero(steps > MIN_GAP * np.median(steps)) + 1 if len(steps) else np.empty(0, dtype=np.int64)
 
 
 def spread_out(count: int, max_count: int) -> np.ndarray:
-    """Numbers of some of many runs, evenly spread, the first and the last among them.
+    """Numbers of some of many runs, `max_count` at most, evenly spread, the first and the last among them.
 
-    Parameters
-    ----------
-    count : int
-        How many runs there are.
-    max_count : int
-        How many are wanted at most.
-
-    Returns
-    -------
-    (n,) int array
-        Ascending, n not above `max_count`.
-
-    Examples
-    --------
-    >>> spread_out(10, 4).tolist()
-    [0, 3, 6, 9]
+    `count` is how many runs there are; the numbers ascend.
     """
     return np.unique(np.linspace(0, count - 1, max_count).round().astype(int))

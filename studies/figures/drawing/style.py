@@ -39,21 +39,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 def looks_of(count: int, brightest: float = 0.85) -> list[Look]:
     """Colours for an ordered quantity, each with a marker of its own, so that grey print distinguishes them.
 
-    Parameters
-    ----------
-    count : int
-    brightest : float
-        Place of the last colour on the colour map, 0 to 1.
-
-    Returns
-    -------
-    list of dict
-        Options of lines.
-
-    Examples
-    --------
-    >>> [look["marker"] for look in looks_of(3)]
-    ['o', 's', '^']
+    Each is given as options of lines; `brightest` is the place of the last colour on the colour map, 0 to 1.
     """
     colours = colours_of(count, brightest)
     return [{"color": colour, "marker": MARKERS[number % len(MARKERS)]} for number, colour in enumerate(colours)]
@@ -62,20 +48,9 @@ def looks_of(count: int, brightest: float = 0.85) -> list[Look]:
 def spaced(size: int, number: int, count: int) -> tuple[int, int]:
     """Samples of a trace that bear a marker: a few, and others for each of several traces.
 
-    Parameters
-    ----------
-    size : int
-        Samples of the trace.
-    number, count : int
-        Number of the trace, from 0, and how many there are.
+    The trace has `size` samples and is `number`, from 0, of `count`; first sample and step are given, as ``markevery``
+    of a line takes them.
 
-    Returns
-    -------
-    tuple of int
-        First sample and step, as ``markevery`` of a line takes them.
-
-    Examples
-    --------
     >>> spaced(720, 1, 4)
     (11, 45)
     """
@@ -84,22 +59,8 @@ def spaced(size: int, number: int, count: int) -> tuple[int, int]:
 
 
 def colours_of(count: int, brightest: float = 0.85) -> np.ndarray:
-    """Colours for an ordered quantity, from dark to bright.
+    """Colours for an ordered quantity, from dark to bright, (count, 4): red, green, blue, opacity.
 
-    Parameters
-    ----------
-    count : int
-    brightest : float
-        Place of the last colour on the colour map, 0 to 1; the upper end of the map is too pale for lines.
-
-    Returns
-    -------
-    (count, 4) float array
-        Red, green, blue, opacity.
-
-    Examples
-    --------
-    >>> colours_of(3).shape
-    (3, 4)
+    `brightest` is the place of the last one on the colour map, 0 to 1; the upper end of the map is too pale for lines.
     """
     return matplotlib.colormaps["viridis"](np.linspace(0.0, brightest, count))

@@ -21,16 +21,6 @@ CLEAR = 5.0
 def plot_candidates(rows: "Sequence[TriedCandidate]") -> Figure:
     """Plot what each candidate promised and what fitting it gave, with the legend above.
 
-    Parameters
-    ----------
-    rows : sequence of apesim.studies.gap.report.html.TriedCandidate
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Examples
-    --------
     >>> from apesim.studies.gap.report.html import TriedCandidate
     >>> figure = plot_candidates([TriedCandidate("ring_leakage", 12.0, 11.5), TriedCandidate("side_force", 3.0, None)])
     >>> [label.get_text() for label in figure.axes[0].get_yticklabels()]

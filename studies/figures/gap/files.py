@@ -35,43 +35,11 @@ def draw_gap(
     folder: str | PathLike[str],
     latent: "Sequence[Branch]" = (),
 ) -> dict[str, str]:
-    """Draw all figures of the workflow, and write them as PNG and PDF.
+    """Draw all figures of the workflow, write them as PNG and PDF, and give the SVG of each by its name.
 
-    Parameters
-    ----------
-    compared : sequence of apesim.studies.gap.report.comparison.ComparedSignal
-        Signals beside the models.
-    rows : sequence of apesim.studies.gap.report.html.TriedCandidate
-        Candidates with what was expected of them and what came.
-    added : str
-        What was added to the model, in words.
-    ambient_pressure : float
-        [Pa abs]
-    folder : path
-        A folder that exists.
-    latent : sequence of apesim.studies.gap.tables.latent.Branch
-        What a table says, where one was added.
-
-    Returns
-    -------
-    dict of str to str
-        SVG of each figure by its name.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> import numpy as np
-    >>> from apesim.studies.estimation.residuals import Block
-    >>> from apesim.studies.gap.report.comparison import ComparedSignal
-    >>> from apesim.studies.measured import MeasuredRun
-    >>> times = np.zeros(1)
-    >>> run = MeasuredRun("n1000", "", 1.1e6, 287.0, float("nan"), "check", times, {}, "engine", 100.0)
-    >>> block = Block(0, run, "torque", times, np.array([30.0]), 0.0)
-    >>> mean = ComparedSignal(block, 0.3, np.array([31.0]), None, np.array([3.0]), None, {})
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     texts = draw_gap([mean], [], "nothing", 0.1e6, folder)
-    >>> sorted(texts)
-    ['gap', 'maps']
+    `compared` are signals beside the models, `rows` candidates with what was expected of them and what came, `added`
+    says in words what was added to the model, and `latent` is what a table says, where one was added;
+    `ambient_pressure` is in [Pa abs], and `folder` exists.
     """
     figures: dict[str, Callable[[], Figure]] = {
         "gap": partial(plot_sizes, compared, added, ambient_pressure),

@@ -18,16 +18,6 @@ if TYPE_CHECKING:
 def plot_branches(latent: "Sequence[Branch]") -> Figure:
     """Plot what a table says, a panel for each of its branches.
 
-    Parameters
-    ----------
-    latent : sequence of apesim.studies.gap.tables.latent.Branch
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Examples
-    --------
     >>> import numpy as np
     >>> from apesim.studies.gap.tables.latent import Branch
     >>> places, values = np.array([0.0, 50.0, 100.0]), np.array([0.0, 12.0, 5.0])

@@ -45,20 +45,8 @@ NOISE_BAND = 2.0
 def plot_overlays(chosen: "Sequence[ComparedSignal]", added: str, ambient_pressure: float) -> Figure:
     r"""Plot traces over the models, each with its residuals below.
 
-    Parameters
-    ----------
-    chosen : sequence of apesim.studies.gap.report.comparison.ComparedSignal
-    added : str
-        What was added to the model, in words.
-    ambient_pressure : float
-        [Pa abs]
+    `added` says in words what was added to the model; `ambient_pressure` is in [Pa abs].
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Examples
-    --------
     >>> from apesim.studies.estimation.residuals import Block
     >>> from apesim.studies.gap.report.comparison import ComparedSignal
     >>> from apesim.studies.measured import MeasuredRun
@@ -109,28 +97,9 @@ def _draw_overlay(
 
 
 def draw_left(axis: Axes, signal: "ComparedSignal", added: str) -> Axes:
-    """Draw what is left of a trace over the noise, before and after something was added.
+    """Draw what is left of a trace over the noise, before and after something was added, and give the axes back.
 
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    signal : apesim.studies.gap.report.comparison.ComparedSignal
-    added : str
-        What was added to the model, in words.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The given axes.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> from apesim.studies.gap.report.comparison import compare_signals
-    >>> axis = draw_left(Figure().subplots(), compare_signals(explain_example())[0], "with side force")
-    >>> axis.get_legend_handles_labels()[1]
-    ['what noise alone fills', 'calibrated model', 'with side force']
+    `added` says in words what was added to the model.
     """
     block: Any = signal.block
     x = np.degrees(block.angles) if block.run.bench == ENGINE else block.times * 1e3

@@ -26,30 +26,7 @@ SHARE_SHOWN = 0.98
 def plot_residual_map(residuals: "ResidualMap", added: str, ambient_pressure: float) -> Figure:
     """Plot the residuals of every signal over the stroke or cycle, before and after, on one scale.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.gap.report.residual_map.ResidualMap
-    added : str
-        What was added to the model, in words.
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Examples
-    --------
-    >>> from apesim.studies.estimation.residuals import Block
-    >>> from apesim.studies.gap.report.comparison import ComparedSignal
-    >>> from apesim.studies.gap.report.residual_map import ResidualMap
-    >>> from apesim.studies.measured import MeasuredRun
-    >>> times, lift = np.linspace(0.0, 40e-3, 81), np.zeros(81)
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 20e-3, "check", times, {"lift": lift})
-    >>> signal = ComparedSignal(Block(0, run, "lift", times, lift, 5e-4), 3e-5, lift + 1e-4, None, lift + 3.0, None, {})
-    >>> residuals = ResidualMap([signal], [("dead time", 2), ("opening flight", 2)], np.full((1, 4), 3.0), None)
-    >>> [label.get_text() for label in plot_residual_map(residuals, "nothing", 0.1e6).axes[0].get_xticklabels()]
-    ['dead time', 'opening flight']
+    `added` says in words what was added to the model; `ambient_pressure` is in [Pa abs].
     """
     pictures = [picture for picture in (residuals.before, residuals.after) if picture is not None]
     limit = float(np.clip(np.nanquantile(np.abs(residuals.before), SHARE_SHOWN), *COLOUR_ENDS))

@@ -27,20 +27,8 @@ SPACE = 0.6
 def plot_sizes(compared: "Sequence[ComparedSignal]", added: str, ambient_pressure: float) -> Figure:
     """Plot the gap of each run before and after, over the noise, with the legend above.
 
-    Parameters
-    ----------
-    compared : sequence of apesim.studies.gap.report.comparison.ComparedSignal
-    added : str
-        What was added to the model, in words.
-    ambient_pressure : float
-        [Pa abs]
+    `added` says in words what was added to the model; `ambient_pressure` is in [Pa abs].
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Examples
-    --------
     >>> import numpy as np
     >>> from apesim.studies.estimation.residuals import Block
     >>> from apesim.studies.gap.report.comparison import ComparedSignal

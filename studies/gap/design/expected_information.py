@@ -23,43 +23,12 @@ class Forecast(NamedTuple):
     The covariance of the samples is ``I + spread spread'``."""
 
     def take(self, rows: np.ndarray) -> "Forecast":
-        """The forecast of a part of the samples.
-
-        Parameters
-        ----------
-        rows : (n,) bool array
-            Whether each sample is taken.
-
-        Returns
-        -------
-        Forecast
-
-        Examples
-        --------
-        >>> Forecast(np.arange(3.0), np.zeros((3, 1))).take(np.array([True, False, True])).mean.tolist()
-        [0.0, 2.0]
-        """
+        """The forecast of a part of the samples: those whose entry in `rows`, (n,) bool, is true."""
         return Forecast(self.mean[rows], self.spread[rows])
 
 
 def find_entropy(weights: Sequence[float] | np.ndarray) -> float:
-    """Entropy of the weights of explanations, ``-sum(w log2(w))``: what is open between them.
-
-    Parameters
-    ----------
-    weights : (k,) float array
-        Weights, with the sum 1.
-
-    Returns
-    -------
-    float
-        [bit]
-
-    Examples
-    --------
-    >>> find_entropy([0.5, 0.5]), find_entropy([1.0, 0.0])
-    (1.0, 0.0)
-    """
+    """Entropy [bit] of the weights of explanations, ``-sum(w log2(w))``: what is open between them; (k,), sum 1."""
     positive = np.array([weight for weight in weights if weight > 0.0])
     return float(abs(np.sum(positive * np.log2(positive))))
 
@@ -67,20 +36,9 @@ def find_entropy(weights: Sequence[float] | np.ndarray) -> float:
 def find_separation(truth: Forecast, rival: Forecast) -> float:
     """Find by how many sigmas a rival misses what the truth gives, everything unknown of the rival fitted anew.
 
-    With the difference d of both means it is the root of the least ``|d - A s|^2 + s's`` over shifts s of the rival's
-    unknowns, A being its spread. That is ``d'(I + A A')^-1 d``.
+    With the difference d of both means and the rival's spread A it is ``sqrt(d'(I + A A')^-1 d)``, the root of the
+    least ``|d - A s|^2 + s's`` over shifts s of the rival's unknowns.
 
-    Parameters
-    ----------
-    truth, rival : Forecast
-
-    Returns
-    -------
-    float
-        [standard deviations]
-
-    Examples
-    --------
     >>> truth, rival = Forecast(np.array([3.0, 0.0]), np.zeros((2, 1))), Forecast(np.zeros(2), np.zeros((2, 1)))
     >>> find_separation(truth, rival)
     3.0
@@ -96,39 +54,14 @@ def find_separation(truth: Forecast, rival: Forecast) -> float:
 def find_information(
     forecasts: Sequence[Forecast], weights: Sequence[float] | np.ndarray, draws: int = N_DRAWS
 ) -> float:
-    """Find the expected information of an experiment: by how much it lowers the entropy of the explanations.
+    """Find the expected information of an experiment [bit]: by how much it lowers the entropy of the explanations.
 
-    It is the mutual information [1]_ of the explanation k and the outcome y, which Box and Hill [2]_ proposed for
-    choosing between models::
+    It is the mutual information (Lindley 1956, doi 10.1214/aoms/1177728069) of explanation k and outcome y, ``sum_k w_k
+    E_k[log2(p_k(y) / sum_j w_j p_j(y))]``, proposed for choosing between models by Box and Hill (1967, doi
+    10.1080/00401706.1967.10490441); the weights (k,) before the experiment have the sum 1. Under each explanation in
+    turn `draws` outcomes are drawn, always the same; all densities are normal, so only the directions matter in which
+    means and spreads differ.
 
-        sum_k w_k E_k[log2(p_k(y) / sum_j w_j p_j(y))]
-
-    The outcomes y are drawn under each explanation in turn, always the same draws. All densities are normal, so only
-    the directions matter in which means and spreads differ; the others are left out exactly.
-
-    Parameters
-    ----------
-    forecasts : sequence of Forecast
-        One for each explanation, of the same n samples.
-    weights : (k,) float array
-        Weights of the explanations before the experiment, with the sum 1.
-    draws : int
-        Number of outcomes drawn under each explanation.
-
-    Returns
-    -------
-    float
-        From 0 to `find_entropy` of the weights [bit].
-
-    References
-    ----------
-    .. [1] D. V. Lindley, "On a measure of the information provided by an experiment", Ann. Math. Statist. 27, 1956,
-       pp. 986-1005, doi 10.1214/aoms/1177728069.
-    .. [2] G. E. P. Box and W. J. Hill, "Discrimination among mechanistic models", Technometrics 9, 1967, pp. 57-71,
-       doi 10.1080/00401706.1967.10490441.
-
-    Examples
-    --------
     Two explanations of the same weight, that differ by 0, 2 and 20 sigmas in one sample:
 
     >>> here = Forecast(np.zeros(1), np.zeros((1, 1)))

@@ -63,22 +63,7 @@ class Experiment(NamedTuple):
 def list_experiments(measured: Measured, ambient_pressure: float) -> list[Experiment]:
     """List the experiments: other operating points with the sensors that are there, and runs again with new sensors.
 
-    Parameters
-    ----------
-    measured : apesim.studies.measured.Measured
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    list of Experiment
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> experiments = list_experiments(read_example(), 101325.0)
-    >>> experiments[0].text, experiments[-1].added
-    ('a run at 0.10 MPa gauge, 12 ms', ('pressure_a', 'pressure_b'))
+    `ambient_pressure` in [Pa abs].
     """
     runs = measured.runs
     sensors = list(dict.fromkeys(sensor for run in runs for sensor in (*run.channels, *run.means)))
@@ -153,26 +138,11 @@ def _add_sensors(run: MeasuredRun, sensors: Iterable[str]) -> MeasuredRun:
 
 
 def describe_run(experiment: Experiment) -> dict[str, Any]:
-    """Describe how an experiment is to be run, in SI units.
+    """Describe how an experiment is to be run, in words (``text``) and in SI units.
 
-    Parameters
-    ----------
-    experiment : Experiment
-
-    Returns
-    -------
-    dict
-        ``text``; ``supply_Pa_abs``, ``temperature_K``, ``pulse_s``, ``speed_rad_s``, NaN where it does not apply;
-        ``interval_s``, between two samples of a trace, and ``recorded_s``, the last sample after the command, both NaN
-        where no trace is recorded; ``sensors``, all that are to be read; ``added_sensors``, those of them that are not
-        there yet.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> run = describe_run(list_experiments(read_example(), 101325.0)[-1])
-    >>> run["pulse_s"], run["interval_s"], run["sensors"], run["added_sensors"]
-    (0.04, 0.0005, ['lift', 'pressure_a', 'pressure_b'], ['pressure_a', 'pressure_b'])
+    ``supply_Pa_abs``, ``temperature_K``, ``pulse_s`` and ``speed_rad_s`` are NaN where they do not apply,
+    ``interval_s`` between two samples and ``recorded_s``, the last sample after the command, where no trace is
+    recorded. ``sensors`` are all that are to be read, ``added_sensors`` those of them that are not there yet.
     """
     run, times = experiment.run, experiment.run.times
     return {
@@ -197,29 +167,8 @@ def make_residuals(
 ) -> WhitenedResiduals:
     """Make the residuals of an experiment, with the nuisances of its new sensors behind the parameters.
 
-    Parameters
-    ----------
-    experiment : Experiment
-    machine : apesim.engine.machine.Machine
-    parameters : sequence of apesim.studies.estimation.parameters.Parameter
-    noise : dict
-        Noise of the sensors that there are; a new sensor has its usual one.
-    starts : apesim.studies.estimation.starts.Starts, optional
-        Starts of the experiment; without them those of the machine as it is.
-
-    Returns
-    -------
-    apesim.studies.estimation.residuals.WhitenedResiduals
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> calibrated = explain_example().calibrated
-    >>> experiment = list_experiments(explain_example().measured, 101325.0)[-1]
-    >>> old = calibrated.residuals
-    >>> residuals = make_residuals(experiment, old.machine, old.parameters, old.noise)
-    >>> [block.sensor for block in residuals.blocks], len(residuals.parameters) > len(old.parameters)
-    (['lift', 'pressure_a', 'pressure_b'], True)
+    `noise` is that of the sensors that there are; a new sensor has its usual one. Without `starts` those of the machine
+    as it is are taken.
     """
     alone = Measured("", {}, (experiment.run,), experiment.run.bench)
     known = {parameter.key for parameter in parameters}

@@ -42,29 +42,11 @@ class Alternative(NamedTuple):
 
 
 def list_alternatives(explanation: "Explanation") -> list[Alternative]:
-    """List the explanations that are still in play, with their weights.
+    """List the explanations that are still in play, with their weights, the best first; empty where nothing is in play.
 
-    After a tie they are the best explanation and its rivals. After a refusal they are the best that were fitted, tables
-    aside, the machine as it is, and an effect that is not in the library. The weights are ``exp(-cost / 2)`` by
-    penalised cost. No cost counts as more than `AMBIGUOUS_COST` above the best: what a rule keeps in play is never
-    without weight.
-
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    list of Alternative
-        The best first, where there is a best; empty where nothing is in play.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.decide.verdict import Decision
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> list_alternatives(explanation)  # an effect is named
-    []
+    After a tie they are the best explanation and its rivals; after a refusal the best that were fitted, tables aside,
+    the machine as it is, and an effect that is not in the library. The weights are ``exp(-cost / 2)`` by penalised
+    cost, of which none counts as more than `AMBIGUOUS_COST` above the best.
     """
     decision, base = explanation.decision, explanation.calibrated
     is_refused = decision.verdict == Verdict.REFUSED
@@ -111,35 +93,8 @@ def preview_experiment(
 ) -> Preview:
     """Foresee an experiment by each explanation in play, with all that is uncertain.
 
-    Parameters
-    ----------
-    experiment : apesim.studies.gap.design.experiments.Experiment
-    explanation : apesim.studies.gap.explanation.Explanation
-    alternatives : sequence of Alternative
-    refine : bool
-        Whether the sensitivities of the nuisances are found for each explanation anew. Without it those of the
-        calibrated machine are taken for all, at a third of the work.
-
-    Returns
-    -------
-    Preview
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        A simulation does not come to its end.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.design.expected_information import find_information
-    >>> from apesim.studies.gap.design.experiments import list_experiments
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> experiment = list_experiments(explanation.measured, 101325.0)[0]
-    >>> pair = [Alternative(c.names[0], 0.5, c.model) for c in explanation.fits if len(c.names) == 1][:2]
-    >>> preview = preview_experiment(experiment, explanation, pair)
-    >>> 0.0 < find_information(preview.forecasts, [0.5, 0.5]) <= 1.0
-    True
+    With `refine` the sensitivities of the nuisances are found for each explanation anew; without it those of the
+    calibrated machine serve all, at a third of the work. Raises EndedEarly where a simulation does not come to its end.
     """
     base, noise = explanation.calibrated, explanation.noise
     leading = next((each.model for each in alternatives if each.model), base)

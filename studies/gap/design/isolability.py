@@ -120,20 +120,8 @@ def _html_table(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 def format_prior(prior: dict[str, Any]) -> tuple[str, str, str, str]:
-    """A row of the table of what is known of the rig.
+    """A row, with cells under `PRIORS_HEADER`, of the table of what is known of the rig; see `describe_priors`.
 
-    Parameters
-    ----------
-    prior : dict
-        See `apesim.studies.estimation.priors.describe_priors`.
-
-    Returns
-    -------
-    tuple of str
-        Cells under `PRIORS_HEADER`.
-
-    Examples
-    --------
     >>> prior = {"key": "valve.stroke", "value": 9.0, "unit": "mm", "known_to": "1 %", "stated_in": "measured.toml"}
     >>> format_prior(prior | {"reason": ""})
     ('valve.stroke', '9 mm', '1 %', 'measured.toml')
@@ -232,22 +220,10 @@ def _isolability(
 def _find_slopes(
     residuals: WhitenedResiduals, stated: Mapping[str, float]
 ) -> tuple[WhitenedResiduals, np.ndarray, np.ndarray, np.ndarray]:
-    """Residuals with the scatter that is stated, and at the machine as it is their values, sensitivities and steps.
+    """Residuals with the stated scatter, and their values, sensitivities and adapted steps at the machine as it is.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-        Without scatter.
-    stated : mapping of str to float
-        Scatter between runs, see `apesim.studies.estimation.scatter.find_stated_sizes`.
-
-    Returns
-    -------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    errors : (n + p,) float array
-    jacobian : (n + p, p) float array
-        By steps that are adapted to them.
-    steps : (p,) float array
+    `residuals` come without scatter, `stated` is the scatter between runs by `find_stated_sizes`; errors are (n + p,),
+    the Jacobian (n + p, p), its steps (p,).
     """
     x = np.zeros(len(residuals.parameters))
     errors = residuals.at(x)
@@ -269,23 +245,11 @@ def _add_experiment(
     wanted: dict[str, tuple[Probe, np.ndarray]],
     stated: Mapping[str, float],
 ) -> dict[str, np.ndarray]:
-    """Changes of the data and of an experiment together by effects, nuisances projected out.
+    """Changes (m,) of the data and of an experiment together by effects, by name, nuisances projected out.
 
-    Parameters
-    ----------
-    experiment : apesim.studies.gap.design.experiments.Experiment
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-        Residuals of the data that there are, as a function of the nuisances.
-    jacobian : (n, p) float array
-        Sensitivities of those data.
-    wanted : dict
-        Probes, and the changes of those data by them, (n,), by name.
-    stated : mapping of str to float
-        Scatter between runs, see `apesim.studies.estimation.scatter.find_stated_sizes`.
-
-    Returns
-    -------
-    dict of (m,) float array
+    `residuals` are those of the data that there are, as a function of the nuisances, `jacobian` (n, p) their
+    sensitivities; `wanted` holds probes and the changes (n,) of those data by them; `stated` is the scatter between
+    runs, see `find_stated_sizes`.
     """
     more = make_residuals(experiment, residuals.machine, residuals.parameters, residuals.noise)
     x = np.zeros(len(more.parameters))
@@ -316,11 +280,8 @@ def _choose_experiment(
 ) -> dict[str, Any] | None:
     """The experiment that would distinguish an effect from its class, or show it at all.
 
-    Returns
-    -------
-    dict or None
-        ``text``, ``cosine`` with the nearest of its class, ``limit`` over the range. None: nothing is needed, or no
-        experiment of the list would do.
+    Its ``cosine`` is that with the nearest of the class, its limit counts over the range. None: nothing is needed, or
+    no experiment of the list would do.
     """
     if limit["limit"] is None:
         shown = [(size, alike, e) for e, alike, size in outcomes if size <= 1.0]

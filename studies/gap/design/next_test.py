@@ -48,21 +48,8 @@ ISOLATED_ON_RIG = {
 def find_next_test(explanation: "Explanation") -> dict[str, Any]:
     """Find the next test, as text and data.
 
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    dict
-        ``text``; where explanations are to be split, what `rank_experiments` gives; ``isolate``, the library's own
-        experiment for effects.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> find_next_test(explain_example())["isolate"][0]["effect"]
-    'side_force'
+    Where explanations are to be split, the data are what `rank_experiments` gives; ``isolate`` holds the library's own
+    experiment for effects.
     """
     decision = explanation.decision
     if not explanation.scores:
@@ -112,35 +99,11 @@ def _isolate(explanation: "Explanation", names: Sequence[str]) -> dict[str, Any]
 def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
     """Rank the experiments by what they are expected to tell between the explanations that are in play.
 
-    All of the list are foreseen cheaply, with one set of sensitivities; the best `MAX_EXPERIMENTS` then with those of
-    each explanation.
-
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-        A tie or a refusal.
-
-    Returns
-    -------
-    dict
-        ``text``; ``action``, what to do alone; ``truth``, the name of the leading explanation; ``explanations``, each
-        with its ``weight``;
-        ``entropy_bits``, what is open between them; ``experiments``, the best first, each as `describe_run` gives it,
-        with the ``role`` of its run, see `choose_role`, with ``information_bits``, ``settled``, its share of what is
-        open, ``deviations`` by which each rival would miss what the truth gives, ``least`` of them, and ``outcomes``;
-        and ``others``, the experiments that were foreseen cheaply alone.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> rivals = tuple(choice for choice in explanation.fits if choice.names == ("coulomb_friction",))
-    >>> decision = explanation.decision._replace(verdict=Verdict.AMBIGUOUS, rivals=rivals)
-    >>> ranked = rank_experiments(replace(explanation, decision=decision))
-    >>> best = ranked["experiments"][0]
-    >>> ranked["truth"], best["settled"] > 0.9, best["least"] > N_SIGMA_VISIBLE
-    ('side_force', True, True)
+    `explanation` is a tie or a refusal. All of the list are foreseen cheaply, with one set of sensitivities, the best
+    `MAX_EXPERIMENTS` then with those of each explanation; ``others`` are those foreseen cheaply alone. ``truth`` is the
+    leading explanation, ``entropy_bits`` what is open, ``action`` what to do; each of ``experiments``, the best first,
+    is as `describe_run` gives it, with ``role``, ``information_bits``, ``settled`` (its share of what is open),
+    ``deviations`` by which each rival would miss what the truth gives, ``least`` of them, and ``outcomes``.
     """
     alternatives = list_alternatives(explanation)
     weights = [alternative.weight for alternative in alternatives]
@@ -176,24 +139,9 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
 
 
 def choose_role(explanation: "Explanation") -> Role:
-    """Choose the role of a further run.
+    """Choose the role of a further run: a gate where too little of the gap was removed on gate runs, else fitted.
 
-    Where too little of the gap was removed on gate runs, those decide alone, however much is fitted: the further run is
-    a gate, too. Else it is fitted.
-
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    apesim.studies.measured.Role
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> str(choose_role(explain_example()))
-    'fit'
+    In the first case those gates decide alone, however much is fitted.
     """
     decision = explanation.decision
     by_gates = decision.verdict == Verdict.REFUSED and decision.reason.kind in NOT_SHOWN

@@ -31,34 +31,11 @@ MAX_WRITTEN = 3
 def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> list[dict[str, Any]]:
     """Describe what each explanation foresees, in the signal and phase that would tell most between them.
 
-    The number is a time at which half of the stroke is passed, where that phase is a flight of a valve whose lift is
-    measured, and else the mean of the signal over the phase.
-
-    Parameters
-    ----------
-    preview : apesim.studies.gap.design.forecasts.Preview
-    alternatives : sequence of apesim.studies.gap.design.forecasts.Alternative
-
-    Returns
-    -------
-    list of dict
-        For each explanation ``explanation``, ``signal``, ``phase``, ``quantity`` in words, ``value`` and ``change``
-        from the machine as it is in ``unit``, and ``deviations``, by how many sigmas the machine as it is would miss
-        this part of the record, everything fitted anew. ``value``, ``change`` and ``deviations`` of an effect that is
-        not in the library are None. ``tells`` is the share of what is open between the others that this part alone is
-        expected to settle, and ``decimals`` the digits after the point that the numbers are worth.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.design.experiments import list_experiments
-    >>> from apesim.studies.gap.design.forecasts import preview_experiment
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> pair = [Alternative(c.names[0], 0.5, c.model) for c in explanation.fits if len(c.names) == 1][:2]
-    >>> preview = preview_experiment(list_experiments(explanation.measured, 101325.0)[1], explanation, pair)
-    >>> outcome, _ = describe_outcomes(preview, pair)
-    >>> outcome["explanation"], outcome["signal"], outcome["deviations"] > MIN_CLEAR
-    ('side_force', 'lift', True)
+    The number, in words its ``quantity``, is a time at which half of the stroke is passed, where the phase is a flight
+    of a valve whose lift is measured, else the mean of the signal over the phase. ``change`` from the machine as it is,
+    ``value`` and ``deviations``, by how many sigmas that machine would miss this part with everything fitted anew, are
+    None of an effect that is not in the library; ``tells`` is the share of what is open between the others that this
+    part alone is expected to settle, ``decimals`` the digits that the numbers are worth.
     """
     part, tells = _choose_part(preview, alternatives)
     block, inside = preview.residuals.blocks[part.number], part.inside
@@ -184,21 +161,11 @@ def _find_crossing(times: np.ndarray, height: np.ndarray, release: float, *, is_
 
 
 def write_outcomes(outcomes: Sequence[dict[str, Any]]) -> str:
-    """Write what the outcomes of an experiment would mean.
+    """Write what the outcomes of an experiment would mean; `describe_outcomes` gives them, the best explanation first.
 
-    Parameters
-    ----------
-    outcomes : sequence of dict
-        See `describe_outcomes`, the best explanation first.
+    There is a sentence for each of the best `MAX_WRITTEN` explanations, and for the machine as it is and for what is
+    not in the library where these are in play.
 
-    Returns
-    -------
-    str
-        A sentence for each of the best `MAX_WRITTEN` explanations, for the machine as it is and for what is not in the
-        library, where these are in play.
-
-    Examples
-    --------
     >>> outcome = {"explanation": "side_force", "quantity": "mean lift in dwell", "value": 8.7134, "change": -0.2866}
     >>> print(write_outcomes([outcome | {"unit": "mm", "deviations": 0.6, "tells": 0.9, "decimals": 1}]))
     Look at the mean lift in dwell. If it is side force: 8.7 mm, as the machine as it is says, within 1 sigma.
@@ -224,21 +191,8 @@ def write_outcomes(outcomes: Sequence[dict[str, Any]]) -> str:
 
 
 def format_change(outcome: dict[str, Any], decimals: int) -> str:
-    """How far an outcome is from the machine as it is, in words.
+    """How far an outcome with a value, see `describe_outcomes`, is from the machine as it is, in words.
 
-    Parameters
-    ----------
-    outcome : dict
-        With a value, see `describe_outcomes`.
-    decimals : int
-        Decimals of the number.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> format_change({"change": 0.8213, "unit": "ms", "deviations": 11.6}, 2)
     '0.82 ms later than the machine as it is says (12 sigmas)'
     >>> format_change({"change": 0.01, "unit": "ms", "deviations": 0.3}, 2)
@@ -255,19 +209,7 @@ def format_change(outcome: dict[str, Any], decimals: int) -> str:
 def find_decimals(outcomes: Sequence[dict[str, Any]]) -> int:
     """Decimals with which the numbers of outcomes are shown: none beyond the error of one sigma.
 
-    Parameters
-    ----------
-    outcomes : sequence of dict
-        With values, see `describe_outcomes`.
-
-    Returns
-    -------
-    int
-
-    Examples
-    --------
-    >>> find_decimals([{"change": 0.8213, "deviations": 11.6}, {"change": 0.1, "deviations": 0.2}])
-    2
+    The outcomes are those of `describe_outcomes` that have a value.
     """
     errors = [
         abs(outcome["change"]) / outcome["deviations"] for outcome in outcomes if outcome["deviations"] >= MIN_CLEAR

@@ -40,16 +40,6 @@ class CalibratedNumber(NamedTuple):
     def describe(self, machine: Machine) -> str:
         """What was done to the number, in words.
 
-        Parameters
-        ----------
-        machine : apesim.engine.machine.Machine
-
-        Returns
-        -------
-        str
-
-        Examples
-        --------
         >>> CalibratedNumber("valve.viscous_friction", 114.0, 117.0, 0.26).describe(Machine())
         'calibrated; before: 114 N s/m; pull +0.26 prior sigmas'
         """
@@ -58,28 +48,10 @@ class CalibratedNumber(NamedTuple):
 
 
 def find_calibrated_numbers(model: Model) -> list[CalibratedNumber]:
-    """The numbers that a fit moved within their priors, as entries of a machine file.
+    """The numbers that a fit moved within their priors, as entries of a machine file; not those the verdict names.
 
     Supply pressure and temperature stand where the runs state them: what moves them is an error of the instrument, see
-    `apesim.studies.estimation.parameters.corrections`.
-
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-
-    Returns
-    -------
-    list of CalibratedNumber
-        Without the numbers that are corrected, which the verdict names.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> numbers = find_calibrated_numbers(explain_example().best)
-    >>> [number.key for number in numbers if number.key.startswith("supply.")]
-    []
-    >>> next(number.key for number in numbers if number.is_reading)
-    'effects.sensor_gain.supply_pressure'
+    `corrections`.
     """
     machine, runs = model.residuals.machine, model.residuals.runs
     return [
@@ -96,25 +68,7 @@ def _find_pull(parameter: Parameter, key: str, x: float) -> float:
 
 
 def apply_numbers(machine: Machine, numbers: Sequence[CalibratedNumber]) -> Machine:
-    """The machine with calibrated numbers; readings of sensors stay as they are.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    numbers : sequence of CalibratedNumber
-
-    Returns
-    -------
-    apesim.engine.machine.Machine
-
-    Examples
-    --------
-    >>> numbers = [CalibratedNumber("valve.stroke", 9e-3, 8.9e-3, 1.0)]
-    >>> numbers.append(CalibratedNumber("effects.sensor_gain.lift", 0.0, 0.01, 2.0))
-    >>> machine = apply_numbers(Machine(), numbers)
-    >>> machine.valve.stroke, machine.effects.sensor_gain.lift
-    (0.0089, 0.0)
-    """
+    """The machine with calibrated numbers; readings of sensors stay as they are."""
     for number in numbers:
         if not number.is_reading:
             machine = with_value(machine, number.key, number.after)
@@ -122,20 +76,8 @@ def apply_numbers(machine: Machine, numbers: Sequence[CalibratedNumber]) -> Mach
 
 
 def write_readings(machine: Machine, numbers: Sequence[CalibratedNumber]) -> str:
-    """The tables of a machine file that the readings of the laboratory's sensors stand for.
+    """The TOML tables of a machine file that the readings of the laboratory's sensors stand for; "" if none was moved.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    numbers : sequence of CalibratedNumber
-
-    Returns
-    -------
-    str
-        TOML; "" where no reading was moved.
-
-    Examples
-    --------
     >>> print(write_readings(Machine(), [CalibratedNumber("effects.sensor_offset.lift", 0.0, 2e-5, 1.0)]))
     [effects.sensor_offset]
     # calibrated; before: 0 mm; pull +1.00 prior sigmas
@@ -155,30 +97,12 @@ def write_readings(machine: Machine, numbers: Sequence[CalibratedNumber]) -> str
 def describe_value(
     machine: Machine, parameter: Parameter, x: float, runs: Sequence[MeasuredRun], deviation: float = 1.0
 ) -> dict[str, Any]:
-    """A nuisance at x as data: its value before and after, or the shift of what the runs state themselves.
+    """A nuisance at scaled value `x` as data: before and after, or the shift of what the runs state themselves.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    parameter : apesim.studies.estimation.parameters.Parameter
-    x : float
-    runs : sequence of apesim.studies.measured.MeasuredRun
-    deviation : float
-        Standard deviation of x that the data leave; 1 is what was known of the number beforehand.
-
-    Returns
-    -------
-    dict
-        ``before``, ``value`` and ``unit``; the first two are None where every run states the number. ``shift`` and
-        ``shift_unit`` say what the number is more than the runs state; None where none states it. ``error`` is the
-        standard deviation of ``value``, or of ``shift`` where there is no value.
-
-    Examples
-    --------
-    >>> supply = Parameter("supply.pressure", 0.01, -5.0, 5.0, shifts=True, relative=True, prior=True)
-    >>> described = describe_value(Machine(), supply, 2.0, [])
-    >>> described["value"], described["shift"], described["shift_unit"]
-    (None, 2.0, '%')
+    `deviation` is the standard deviation of `x` that the data leave; 1 is what was known beforehand. ``before`` and
+    ``value`` are None where every run states the number; ``shift`` in ``shift_unit`` is how much more it is than the
+    runs state, None where none does. ``error`` is the standard deviation of ``value``, or of ``shift`` where there is
+    no value.
     """
     keys = corrections(machine, parameter, x, runs)
     unit = parameter.declaration.unit  # type: ignore[attr-defined]
@@ -205,42 +129,15 @@ def describe_value(
 
 
 def format_before(row: dict[str, Any]) -> str:
-    """The value before calibration as text.
-
-    Parameters
-    ----------
-    row : dict
-        See `describe_value`.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> format_before({"before": 114.0, "value": 117.2, "unit": "N s/m", "shift": None})
-    '114 N s/m'
-    >>> format_before({"before": None, "value": None, "unit": "MPa", "shift": 0.8, "shift_unit": "%"})
-    'as each run states'
-    """
+    """The value before calibration as text, from a row of `describe_value`."""
     return "as each run states" if row["before"] is None else _format(row["before"], row["unit"])
 
 
 def format_after(row: dict[str, Any]) -> str:
-    """The calibrated value as text; where the runs state the number, how much more it is than that.
+    """The calibrated value as text, with the digits that its ``error`` leaves, from a row of `describe_value`.
 
-    Parameters
-    ----------
-    row : dict
-        See `describe_value`.
+    Where the runs state the number themselves, the text says how much more it is than that.
 
-    Returns
-    -------
-    str
-        With the digits that its ``error`` leaves.
-
-    Examples
-    --------
     >>> format_after({"before": 114.0, "value": 117.23, "unit": "N s/m", "shift": None, "error": 2.4})
     '117 N s/m'
     >>> format_after({"before": None, "value": None, "unit": "MPa", "shift": 0.81, "shift_unit": "%", "error": 0.2})

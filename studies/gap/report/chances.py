@@ -10,18 +10,8 @@ FEWEST, MOST = 1, 99
 def list_chances(data: Mapping[str, Any]) -> list[str]:
     """List how often such statements were right on sealed cases: that of the verdict, and those of single effects.
 
-    Parameters
-    ----------
-    data : mapping
-        Content of ``verdict.json``.
+    `data` is the content of ``verdict.json``; [] where sealed cases tell nothing.
 
-    Returns
-    -------
-    list of str
-        Sentences; [] where sealed cases tell nothing.
-
-    Examples
-    --------
     >>> for sentence in list_chances({"probability": 0.9312, "inclusion": {"side_force": 0.998, "leakage_a": None}}):
     ...     print(sentence)
     Of sealed cases with such a statement, 93 in 100 were right.

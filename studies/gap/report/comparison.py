@@ -48,17 +48,8 @@ class ComparedSignal(NamedTuple):
 def compare_signals(explanation: "Explanation") -> list[ComparedSignal]:
     """Compare all signals of all runs with the models, those that were never fitted, too.
 
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
+    Runs to check come first, then the gates, then the fitted ones.
 
-    Returns
-    -------
-    list of ComparedSignal
-        Runs to check first, then the gates, then the fitted ones.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> [(str(signal.role), signal.block.sensor) for signal in compare_signals(explain_example())]
     [('check', 'lift'), ('gate', 'lift'), ('fit', 'lift'), ('fit', 'lift')]
@@ -97,21 +88,7 @@ def _simulate(
 
 
 def find_rms(arrays: Iterable[np.ndarray]) -> float:
-    """Root mean square of all numbers of several arrays.
-
-    Parameters
-    ----------
-    arrays : iterable of (n,) float array
-
-    Returns
-    -------
-    float
-
-    Examples
-    --------
-    >>> find_rms([np.array([3.0]), np.array([4.0, 0.0, 0.0])])
-    2.5
-    """
+    """Root mean square of all numbers of several arrays (n,)."""
     joined = np.concatenate(list(arrays))
     return float(np.sqrt(np.mean(joined**2)))
 
@@ -127,64 +104,19 @@ class Display(NamedTuple):
     """SI values over shown ones."""
 
     def convert(self, values: np.ndarray) -> np.ndarray:
-        """Values in the unit in which they are shown.
-
-        Parameters
-        ----------
-        values : float or (n,) float array
-            [SI]
-
-        Returns
-        -------
-        float or (n,) float array
-
-        Examples
-        --------
-        >>> Display("lift", "mm", 1e-3).convert(np.array([0.5, 0.25])).tolist()
-        [500.0, 250.0]
-        """
+        """Values, one or (n,), in SI units converted to the unit in which they are shown."""
         return values / self.factor
 
 
 def find_display(block: Block) -> Display:
-    """How a block's sensor is shown: in the unit in which its noise is stated.
-
-    Parameters
-    ----------
-    block : apesim.studies.estimation.residuals.Block
-
-    Returns
-    -------
-    Display
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> find_display(explain_example().calibrated.residuals.blocks[0])
-    Display(name='lift', unit='mm', factor=0.001)
-    """
+    """How a block's sensor is shown: in the unit in which its noise is stated."""
     sensors = SENSORS[block.run.bench]
     quantity = (sensors.traces | sensors.means)[block.sensor]
     return Display(block.sensor.replace("_", " "), quantity.unit, unit(quantity.unit).si("1"))
 
 
 def group_by_run(compared: Iterable[ComparedSignal]) -> list[list[ComparedSignal]]:
-    """The signals of each run together, in their order.
-
-    Parameters
-    ----------
-    compared : iterable of ComparedSignal
-
-    Returns
-    -------
-    list of list of ComparedSignal
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> [len(signals) for signals in group_by_run(compare_signals(explain_example()))]
-    [1, 1, 1, 1]
-    """
+    """The signals of each run together, in their order."""
     by_run: dict[int, list[ComparedSignal]] = {}
     for signal in compared:
         by_run.setdefault(signal.block.number, []).append(signal)
@@ -194,23 +126,7 @@ def group_by_run(compared: Iterable[ComparedSignal]) -> list[list[ComparedSignal
 def select_worst(compared: Iterable[ComparedSignal], count: int) -> list[ComparedSignal]:
     """The traces that the calibrated machine misses by most, of runs that were never fitted where there are such.
 
-    A signal comes once, as long as there are others.
-
-    Parameters
-    ----------
-    compared : iterable of ComparedSignal
-    count : int
-        Largest number of traces.
-
-    Returns
-    -------
-    list of ComparedSignal
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> [str(signal.role) for signal in select_worst(compare_signals(explain_example()), 2)]
-    ['check', 'gate']
+    There are at most `count`; a signal comes once, as long as there are others.
     """
 
     def rms(signal: ComparedSignal) -> float:

@@ -28,24 +28,9 @@ SIDES = tuple(Side)
 def describe_effects(model: Model) -> list[dict[str, Any]]:
     """Parameters of what a model adds, or where it adds nothing of the numbers that it corrects, with their intervals.
 
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-
-    Returns
-    -------
-    list of dict
-        ``interval_95`` is None where it was not sought; ``open_ends`` says on which sides the data do not hold the
-        parameter: there the interval ends at the end of its range. ``file`` is the file of a fault of measurement, and
-        None of an effect.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> (row,) = describe_effects(explain_example().best)
-    >>> low, high = row["interval_95"]
-    >>> row["key"], row["unit"], low < 3.0 < high
-    ('effects.side_force.force', 'N', True)
+    ``interval_95`` is None where it was not sought; ``open_ends`` are the sides on which the data do not hold the
+    parameter: there the interval ends at the end of its range. ``file`` is the file of a fault of measurement, None of
+    an effect.
     """
     added = [j for j, parameter in enumerate(model.residuals.parameters) if not parameter.prior]
     return _describe(model, added or model.pulled)
@@ -54,20 +39,7 @@ def describe_effects(model: Model) -> list[dict[str, Any]]:
 def describe_numbers(model: Model) -> list[dict[str, Any]]:
     """Numbers of the machine that a model corrects beside what it adds, see `Model.corrected`, with their intervals.
 
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-
-    Returns
-    -------
-    list of dict
-        As `describe_effects` has them, the number that is pulled farthest first.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> describe_numbers(explain_example().best)
-    []
+    Rows as `describe_effects` has them, the number that is pulled farthest first.
     """
     return _describe(model, model.pulled) if model.candidates else []
 
@@ -103,17 +75,6 @@ def _describe(model: Model, places: Iterable[int]) -> list[dict[str, Any]]:
 def name_effect(key: str) -> str:
     """The name under which a parameter is reported: that of its effect, or the key of a number of the machine.
 
-    Parameters
-    ----------
-    key : str
-        Key of the machine file.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> name_effect("effects.side_force.force"), name_effect("valve.stroke")
     ('side_force', 'valve.stroke')
     """
@@ -121,22 +82,11 @@ def name_effect(key: str) -> str:
 
 
 def find_ends(model: Model, j: int) -> Sequence[End]:
-    """Both ends of a parameter's 95 % interval, in x.
+    """Both ends, in x, of the 95 % interval of a model's j-th parameter; none where they were not sought.
 
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-    j : int
-        Number of the parameter.
+    They come from profile likelihood where the effect has a shape, else from the curvature, where a parameter on which
+    the data do not depend is held on neither side.
 
-    Returns
-    -------
-    sequence of apesim.studies.estimation.profile_likelihood.End
-        By profile likelihood where the effect has a shape, none where that was not sought; else by the curvature, where
-        a parameter on which the data do not depend is held on neither side.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> model = explain_example().best
     >>> low, high = find_ends(model, len(model.fitted.x) - 1)
@@ -156,23 +106,9 @@ def find_ends(model: Model, j: int) -> Sequence[End]:
 
 
 def format_value(row: dict[str, Any]) -> str:
-    """The value of a parameter as text; of a shape that the data hold on one side only, that side.
+    """The value of a parameter as text, with the digits that its interval leaves; see `describe_effects` for the row.
 
-    Parameters
-    ----------
-    row : dict
-        See `describe_effects`.
-
-    Returns
-    -------
-    str
-        With the digits that its interval leaves; "" for a shape that the data hold on neither side.
-
-    Examples
-    --------
-    >>> row = {"name": "side_force", "parameter": "force", "value": 3.14159, "unit": "N", "open_ends": []}
-    >>> format_value(row | {"interval_95": [2.7, 3.6]}), format_value(row | {"interval_95": None})
-    ('3.1 N', '3.1 N')
+    A shape that the data hold on one side only is given as that side; "" where they hold neither.
     """
     if row["open_ends"] and row["parameter"] in SHAPES.get(row["name"], ()):
         return _format_held_side(row)
@@ -180,21 +116,10 @@ def format_value(row: dict[str, Any]) -> str:
 
 
 def format_interval(row: dict[str, Any], digits: int | None = None) -> str:
-    """The interval of a parameter as text.
+    """The interval of a parameter as text, with the digits that it leaves the value if `digits` is None.
 
-    Parameters
-    ----------
-    row : dict
-        See `describe_effects`.
-    digits : int, optional
-        Significant digits; those that the interval leaves the value if left out.
+    The row is one of `describe_effects`.
 
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> row = {"value": 3.1, "interval_95": [2.54, 3.75], "unit": "N", "open_ends": []}
     >>> format_interval(row), format_interval(row | {"open_ends": ["low"]})
     ('95 % interval 2.5 to 3.8 N', 'at most 3.8 N (95 %)')

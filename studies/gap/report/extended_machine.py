@@ -26,32 +26,11 @@ SENSORS_HEAD = (
 
 
 def extend_machine(explanation: "Explanation", data: dict[str, Any], folder: Path) -> str:
-    """The machine that was judged, as a file: with the effects or the table added, and with its calibrated numbers.
+    """The machine that was judged, as TOML: with the effects or the table added, and with its calibrated numbers.
 
     The numbers stay as they were where the verdict leaves the gap unexplained: a machine that lacks something puts it
-    into them.
-
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-    data : dict
-        Content of ``verdict.json``, see `apesim.studies.gap.report.verdict_json`, with ``lineage``.
-    folder : path
-        Folder of the machine file: files of effects from outside are named from there.
-
-    Returns
-    -------
-    str
-        TOML; what it comes from stands in comments, above each calibrated number, too.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> text = extend_machine(explain_example(), explain_example().to_dict(), Path("."))
-    >>> [line for line in text.splitlines() if line.startswith("[effects.")]
-    ['[effects.side_force]']
-    >>> any(line.startswith("# calibrated; before: 111.08 N s/m; pull ") for line in text.splitlines())
-    True
+    into them. `data` is the content of ``verdict.json`` with ``lineage``, which comments give, with each number's
+    origin, too; files of effects from outside are named from `folder`, that of the machine file.
     """
     effects = data["effects"]
     changed = [*effects, *data["numbers"]] if effects else []
@@ -88,45 +67,14 @@ def extend_machine(explanation: "Explanation", data: dict[str, Any], folder: Pat
 
 
 def is_explained(data: Mapping[str, Any]) -> bool:
-    """Whether a verdict leaves no gap unexplained: its machine is the calibrated one.
-
-    Parameters
-    ----------
-    data : mapping
-        Content of ``verdict.json``.
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> [is_explained({"verdict": verdict, "effects": []}) for verdict in (Verdict.NO_GAP, Verdict.AMBIGUOUS)]
-    [True, False]
-    """
+    """Whether a verdict, by ``verdict.json``, leaves no gap unexplained: its machine is the calibrated one."""
     return bool(data["verdict"] == Verdict.NO_GAP or data["effects"] or data.get("tabulated"))
 
 
 def write_sensors(explanation: "Explanation", data: dict[str, Any]) -> str:
-    """The readings of sensors that were calibrated along with the machine, as tables of a machine file.
+    """The readings of sensors that were calibrated along with the machine, as TOML tables; "" where none was moved.
 
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-    data : dict
-        Content of ``verdict.json``.
-
-    Returns
-    -------
-    str
-        TOML; "" where no reading was moved.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> text = write_sensors(explain_example(), explain_example().to_dict())
-    >>> [line for line in text.splitlines() if line.startswith("[")]
-    ['[effects.sensor_gain]', '[effects.sensor_offset]']
+    `data` is the content of ``verdict.json``.
     """
     told, told_data = explanation.rest or explanation, data.get("rest") or data
     numbers = find_calibrated_numbers(told.best) if is_explained(told_data) else []

@@ -66,22 +66,7 @@ class TriedCandidate(NamedTuple):
 
 
 def compare_candidates(explanation: "Explanation") -> list[TriedCandidate]:
-    """The candidates with the highest scores, and the others that were fitted alone; the highest score first.
-
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    list of TriedCandidate
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> compare_candidates(explain_example())[0].name
-    'side_force'
-    """
+    """The candidates with the highest scores, and the others that were fitted alone; the highest score first."""
     fitted = {
         choice.names[0]: find_gain(explanation, choice.model) for choice in explanation.fits if len(choice.names) == 1
     }
@@ -90,64 +75,20 @@ def compare_candidates(explanation: "Explanation") -> list[TriedCandidate]:
 
 
 def describe_added(explanation: "Explanation") -> str:
-    """The part that was added to the machine, in words.
-
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> describe_added(explain_example())
-    'with side force'
-    """
+    """The part that was added to the machine, in words."""
     model = explanation.best
     added = [format_name(each.name) for each in model.candidates]
     return f"with {' and '.join([*added, *(f'{format_key(key)} corrected' for key in model.corrected)])}"
 
 
 def format_pull(row: Mapping[str, Any]) -> str:
-    """The pull of a calibrated number as text, with the digits that the data leave it.
-
-    Parameters
-    ----------
-    row : dict
-        See `apesim.studies.gap.report.verdict_json.describe_nuisances`.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> format_pull({"deviations": 1.318, "deviations_error": 0.2})
-    '+1.3'
-    """
+    """The pull of a calibrated number as text, with the digits that the data leave it; see `describe_nuisances`."""
     text = round_to_error(row["deviations"], row["deviations_error"])
     return text if text.startswith("-") or text == "0" else f"+{text}"
 
 
 def write_as_sentence(text: str) -> str:
-    """A text with a capital and a full stop.
-
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> write_as_sentence("the second effect hardly earns its place")
-    'The second effect hardly earns its place.'
-    """
+    """A text with a capital and a full stop."""
     first, rest = text[:1], text[1:]
     is_name = "." in text.split(" ")[0]  # a file's name keeps its letters
     return f"{first if is_name else first.upper()}{rest.removesuffix('.')}."
@@ -164,31 +105,9 @@ def render_page(
     compared: Sequence[ComparedSignal],
     figures: Mapping[str, str],
 ) -> str:
-    """Render the page of an explanation as HTML.
+    """Render the page of an explanation as HTML, the same text each time, as no time or date is in it.
 
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-    data : dict
-        Content of ``verdict.json``, with ``next_test`` and ``lineage``.
-    compared : sequence of apesim.studies.gap.report.comparison.ComparedSignal
-    figures : dict of str
-        SVG by name.
-
-    Returns
-    -------
-    str
-        HTML; the same text each time, as no time or date is in it.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> from apesim.studies.gap.report.comparison import compare_signals
-    >>> explanation = explain_example()
-    >>> compared = compare_signals(explanation)
-    >>> text = render_page(explanation, explanation.to_dict(), compared, {"gap": "<svg/>", "maps": "<svg/>"})
-    >>> explanation.sentence in text
-    True
+    `data` is the content of ``verdict.json``, with ``next_test`` and ``lineage``; `figures` are SVG by name.
     """
     ambient = explanation.calibrated.residuals.machine.ambient.pressure
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
@@ -245,16 +164,6 @@ def _format_decimals(value: float | None, decimals: int) -> str:
 def format_unit(text: str) -> str:
     """A unit, or a text with units, with powers as they are printed.
 
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> format_unit("N s^2/m^2")
     'N s²/m²'
     """
@@ -267,21 +176,10 @@ def _name(row: dict[str, Any]) -> str:
 
 
 def find_check_sizes(compared: Iterable[ComparedSignal]) -> tuple[float, float | None, int] | None:
-    """Root mean squares over the noise on the check runs, before and after something was added.
+    """Root mean squares over the noise on the check runs, before and after something was added, and their samples.
 
-    Parameters
-    ----------
-    compared : iterable of apesim.studies.gap.report.comparison.ComparedSignal
+    After is None where nothing was added; None in all where no run is to check.
 
-    Returns
-    -------
-    before : float
-    after : float or None
-        None: nothing was added.
-    samples : int
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> from apesim.studies.gap.report.comparison import compare_signals
     >>> before, after, _ = find_check_sizes(compare_signals(explain_example()))
@@ -301,23 +199,9 @@ def find_check_sizes(compared: Iterable[ComparedSignal]) -> tuple[float, float |
 def list_explanations(explanation: "Explanation") -> list[dict[str, Any]]:
     """The models that were fitted, the best first.
 
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    list of dict
-        ``names``; ``cost``, penalised, above the least, by the fitted runs; ``judged``, the same with the runs that
-        judge (None: it was not judged); ``is_near``, whether the data do not distinguish it from the best, by the
-        latter if there is one; ``realised``, the part of the gap that it explains [standard deviations].
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> best, *_ = list_explanations(explain_example())
-    >>> best["names"], best["cost"]
-    (['side_force'], 0.0)
+    ``cost`` is the penalised one above the least, by the fitted runs; ``judged`` counts the runs that judge, too (None:
+    it was not judged), and ``is_near`` says by it, if there is one, that the data do not distinguish the model from the
+    best. ``realised`` is the part of the gap that it explains [standard deviations].
     """
     min_cost = min((choice.cost for choice in explanation.fits), default=0.0)
     judged = {choice.names: choice.cost for choice in explanation.ranked} if explanation.measured.of(GATE) else {}

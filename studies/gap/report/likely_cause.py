@@ -22,37 +22,12 @@ MIN_TELLING = 0.1
 
 
 def describe_cause(explanation: "Explanation", texts: dict[str, str]) -> dict[str, Any] | None:
-    """Describe the one cause that is most likely, where no effect is named.
+    """Describe the one cause that is most likely, where no effect is named; None where one is, or nothing is missing.
 
     It is what explains the data best of all that was fitted; where nothing was worth its place, the table that was
-    added, or the channel of a file that is explained worst.
-
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-    texts : dict of str
-        What the best explanation adds, in words, by name; empty where there is none.
-
-    Returns
-    -------
-    dict or None
-        ``text`` in words; ``before`` and ``after``, root mean squares over the noise of ``samples`` on the fitted runs,
-        without and with it (``after`` is None where it cannot be added); ``why_not``, why it is not named, "" where
-        the record of a file is blamed. None where effects are named, or nothing is missing.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> from apesim.studies.gap.reasons import ReasonKind
-    >>> found = explain_example()
-    >>> describe_cause(found, {}) is None  # it is named
-    True
-    >>> reason = ReasonKind.GAP_LEFT.with_facts(size=0.5)
-    >>> refused = replace(found, decision=found.decision._replace(verdict=Verdict.REFUSED, reason=reason))
-    >>> cause = describe_cause(refused, {"side_force": "side force (force 3.1 N)"})
-    >>> cause["text"], cause["before"] > cause["after"], cause["why_not"]
-    ('side force (force 3.1 N)', True, 'on runs that it was not fitted to, a gap of 0.5 of the noise is left')
+    added, or the channel of a file that is explained worst. `texts` say in words what the best explanation adds, by
+    name. ``before`` and ``after`` are root mean squares over the noise of ``samples`` on the fitted runs, without and
+    with it (``after`` is None where it cannot be added); ``why_not`` is "" where the record of a file is blamed.
     """
     decision, tabulated = explanation.decision, explanation.tabulated
     if decision.verdict not in UNNAMED:
@@ -89,19 +64,8 @@ def _find_size(model: Model) -> float:
 
 
 def describe_change(cause: dict[str, Any]) -> str:
-    """Write the fall of the gap that a cause would bring as a sentence.
+    """Write the fall of the gap that a cause of `describe_cause` would bring as a sentence.
 
-    Parameters
-    ----------
-    cause : dict
-        See `describe_cause`.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> describe_change({"before": 5.88, "after": 1.02, "samples": 900})
     'With it the gap falls from 5.88 to 1.02 times the noise (noise alone: 1.00).'
     >>> describe_change({"before": 5.88, "after": None, "samples": 900})

@@ -39,23 +39,7 @@ NOTE = """\
 
 
 def export_model_space(explanation: "Explanation") -> dict[str, str]:
-    """Export the models that were searched, in the files of PEtab Select.
-
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    dict of str
-        Text by the name of the file.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> sorted(export_model_space(explain_example()))[:2]
-    ['calibrated_models.yaml', 'model_space.tsv']
-    """
+    """Export the models that were searched, as texts by the name of the file of PEtab Select."""
     base, candidates = explanation.calibrated, list_candidates(explanation)
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
     nominal = {format_id(p): value_of(base.residuals.machine, p.key) for p in freed}
@@ -89,22 +73,7 @@ def export_model_space(explanation: "Explanation") -> dict[str, str]:
 
 
 def list_candidates(explanation: "Explanation") -> list[Candidate]:
-    """The candidates that these data can show and that were scored, in the order of the library.
-
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    list of apesim.studies.gap.search.candidates.Candidate
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> [candidate.name for candidate in list_candidates(explain_example())]
-    ['spring_rate_error', 'coulomb_friction', 'side_force']
-    """
+    """The candidates that these data can show and that were scored, in the order of the library."""
     return list({each.probe.candidate.name: each.probe.candidate for each in explanation.sensitivities}.values())
 
 
@@ -114,48 +83,16 @@ def _name_model(candidates: Iterable[Candidate]) -> str:
 
 
 def format_id(parameter: Parameter) -> str:
-    """The key of a parameter as PEtab allows it.
-
-    A nuisance and an effect may share a key, as the angle of the top dead centre: the nuisance has a prefix.
-
-    Parameters
-    ----------
-    parameter : apesim.studies.estimation.parameters.Parameter
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> format_id(Parameter("effects.side_force.force", 12.0, -1.3, 1.3))
-    'effects__side_force__force'
-    """
+    """The key of a parameter as PEtab allows it; a nuisance has a prefix, as an effect may share its key."""
     return "nuisance__" * parameter.prior + parameter.key.replace(".", "__")
 
 
 def find_criteria(model: Model) -> dict[str, float]:
     """NLLH, AIC and BIC of a fitted model; a prior counts as a measurement.
 
-    The criteria are Akaike's [1]_ and Schwarz's [2]_.
+    The criteria are those of Akaike (1974, doi 10.1109/TAC.1974.1100705) and Schwarz (1978, doi
+    10.1214/aos/1176344136).
 
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-
-    Returns
-    -------
-    dict of float
-
-    References
-    ----------
-    .. [1] H. Akaike, "A new look at the statistical model identification", IEEE Trans. Automat. Contr. 19, 1974,
-       pp. 716-723, doi 10.1109/TAC.1974.1100705.
-    .. [2] G. Schwarz, "Estimating the dimension of a model", Ann. Statist. 6, 1978, pp. 461-464,
-       doi 10.1214/aos/1176344136.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> criteria = find_criteria(explain_example().best)
     >>> criteria["NLLH"] == explain_example().best.cost / 2.0
@@ -213,24 +150,7 @@ def _format_table(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
 
 
 def format_yaml(value: Mapping[str, Any]) -> str:
-    """A mapping as YAML; mappings in it are indented, all else stands in its line.
-
-    Parameters
-    ----------
-    value : mapping
-        Numbers, texts, lists and further mappings.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> print(format_yaml({"format_version": 1, "criteria": {"BIC": 12.5}}), end="")
-    format_version: 1
-    criteria:
-      BIC: 12.5
-    """
+    """A mapping as YAML; mappings in it are indented, all else stands in its line."""
     lines = []
     for key, inner in value.items():
         if isinstance(inner, dict):

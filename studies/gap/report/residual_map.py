@@ -41,24 +41,7 @@ class ResidualMap(NamedTuple):
 def map_residuals(compared: Sequence[ComparedSignal]) -> ResidualMap:
     """Average the residuals of all signals over cells; a mean over the cycle fills its row.
 
-    Parameters
-    ----------
-    compared : sequence of apesim.studies.gap.report.comparison.ComparedSignal
-
-    Returns
-    -------
-    ResidualMap
-        Rows of one sensor together.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> from apesim.studies.gap.report.comparison import compare_signals
-    >>> residuals = map_residuals(compare_signals(explain_example()))
-    >>> [name for name, _ in residuals.sections]
-    ['dead time', 'opening', 'dwell', 'dead time', 'closing', 'rest']
-    >>> residuals.before.shape[0]
-    4
+    Rows of one sensor stand together.
     """
     sensors = list(dict.fromkeys(signal.block.sensor for signal in compared))
     rows = sorted(compared, key=lambda signal: sensors.index(signal.block.sensor))

@@ -12,24 +12,10 @@ LEAST = 0.01
 
 
 def describe_scatter(residuals: WhitenedResiduals) -> list[dict[str, Any]]:
-    """Describe what differs from run to run, as the user states it or as repeats show it.
+    """Describe what differs from run to run, as the user states it or as repeats show it; [] where nothing does.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-        Of the calibrated machine.
-
-    Returns
-    -------
-    list of dict
-        ``key`` as ``[known_to]`` has it, ``deviation`` between runs as text, and ``differences``, how many of repeats
-        tell it: None where the user states it; [] where runs do not scatter, or nothing tells.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> describe_scatter(explain_example().calibrated.residuals)
-    []
+    ``key`` is as ``[known_to]`` has it, ``deviation`` is a text; ``differences``, how many of repeats tell it, is None
+    where the user states it. `residuals` are those of the calibrated machine.
     """
     scatter, known = residuals.scatter, {p.key: p for p in residuals.parameters}
     if scatter is None:
@@ -48,20 +34,8 @@ def describe_scatter(residuals: WhitenedResiduals) -> list[dict[str, Any]]:
 
 
 def write_scatter(data: Mapping[str, Any]) -> list[str]:
-    """Write what differs from run to run in a sentence.
+    """Write what differs from run to run, by ``verdict.json``, as sentences; [] where runs do not scatter.
 
-    Parameters
-    ----------
-    data : mapping
-        Content of ``verdict.json``.
-
-    Returns
-    -------
-    list of str
-        Sentences, [] where runs do not scatter.
-
-    Examples
-    --------
     >>> rows = [{"key": "valve.viscous_friction", "deviation": "3 %", "differences": 4}]
     >>> write_scatter({"scatter": rows})
     ['Repeats differ by more than noise, counted as scatter: valve.viscous_friction 3 %, by 4 differences.']

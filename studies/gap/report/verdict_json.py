@@ -54,24 +54,7 @@ def _best(decision: Decision) -> Choice:
 
 
 def describe(explanation: "Explanation") -> dict[str, Any]:
-    """The content of ``verdict.json``.
-
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    dict
-        Without ``lineage``, ``next_test`` and ``wall_time_s``.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> data = describe(explain_example())
-    >>> data["verdict"], data["localised"]["signal"], str(data["localised"]["phase"])
-    ('NAMED', 'lift', 'opening flight')
-    """
+    """The content of ``verdict.json``, without ``lineage``, ``next_test`` and ``wall_time_s``."""
     decision, tabulated = explanation.decision, explanation.tabulated
     statements, is_tie = list_statements(explanation), decision.verdict == Verdict.AMBIGUOUS
     said = [each._asdict() | {"probability": find_probability(each)} for each in statements]
@@ -137,21 +120,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
 def list_class(decision: Decision) -> list[str]:
     """What is named, and all that these data do not distinguish from it, each once; errors of the record last.
 
-    Parameters
-    ----------
-    decision : apesim.studies.gap.decide.verdict.Decision
-        With a best explanation.
-
-    Returns
-    -------
-    list of str
-        Names of effects, and keys of numbers of the machine.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> list_class(explain_example().decision)
-    ['side_force']
+    `decision` has a best explanation; effects are given by their names, numbers of the machine by their keys.
     """
     choices = (_best(decision), *decision.rivals)
     names = dict.fromkeys(name for choice in choices for name in choice.names)
@@ -167,20 +136,8 @@ def _list_same_in_record(decision: Decision) -> list[str]:
 def describe_models(base: Model, choices: Sequence[Choice]) -> list[dict[str, Any]]:
     """The models that were fitted, with their penalised costs; the calibrated machine, without effects, among them.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    choices : sequence of apesim.studies.gap.search.model_selection.Choice
-        The least penalised cost first.
+    `choices` have the least cost first, ``cost`` counts above it; [] where nothing was fitted.
 
-    Returns
-    -------
-    list of dict
-        ``effects`` and ``cost``, the penalised cost above the least, the best first; [] where nothing was fitted.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> models = describe_models(explain_example().calibrated, explain_example().ranked)
     >>> models[0], models[-1]["effects"]
@@ -195,23 +152,7 @@ def describe_models(base: Model, choices: Sequence[Choice]) -> list[dict[str, An
 
 
 def describe_rest(rest: "Explanation") -> dict[str, Any]:
-    """The verdict on the files that are left, where the record of one is wrong.
-
-    Parameters
-    ----------
-    rest : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    dict
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> described = describe_rest(explain_example())
-    >>> described["verdict"], described["effects"][0]["name"]
-    ('NAMED', 'side_force')
-    """
+    """The verdict on the files that are left, where the record of one is wrong."""
     described = describe(rest)
     shared = ["verdict", "sentence", "reason", "effects", "numbers", "nearest", "class", "alternatives", "gap", "files"]
     shared += ["rest", "probability", "inclusion", "statements", "models"]
@@ -221,25 +162,10 @@ def describe_rest(rest: "Explanation") -> dict[str, Any]:
 def describe_nuisances(explanation: "Explanation") -> list[dict[str, Any]]:
     """The uncertain numbers of the machine where the calibration left them, the farthest from their prior first.
 
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    list of dict
-        ``before`` and ``value``, None where every run states the number itself; then ``shift`` says how much more it is
-        than that, in ``shift_unit``. ``known_to`` is the standard deviation beforehand, as text, and ``stated_in`` says
-        who states it. ``deviations`` is the pull, and
-        ``deviations_error`` its standard deviation by the data. ``apart`` says which operating point alone leads
-        farthest from the value; None where that is not known.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> pulls = [abs(row["deviations"]) for row in describe_nuisances(explain_example())]
-    >>> max(pulls) == pulls[0], pulls[0] < 4.0
-    (True, True)
+    ``before`` and ``value`` are None where every run states the number itself: then ``shift`` in ``shift_unit`` says
+    how much more it is than that. ``known_to`` is the standard deviation beforehand, as text, and ``stated_in`` says
+    who states it; ``deviations`` is the pull and ``deviations_error`` its standard deviation by the data; ``apart`` is
+    the operating point that alone leads farthest from the value, None where that is not known.
     """
     model = explanation.best
     machine, runs = model.residuals.machine, model.residuals.runs
@@ -277,22 +203,8 @@ def _describe_inconsistency(inconsistency: Inconsistency, model: Model) -> dict[
 def describe_gap(base: Model, best: Model) -> dict[str, float]:
     """The gap on the fitted runs, root mean squares over the noise.
 
-    Parameters
-    ----------
-    base, best : apesim.studies.estimation.model.Model
-        The calibrated machine, and the machine with what was added.
-
-    Returns
-    -------
-    dict of float
-        ``before``, ``after`` and ``noise_floor``, what noise alone leaves of a fit with so many parameters.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> gap = describe_gap(explain_example().calibrated, explain_example().best)
-    >>> gap["before"] > gap["after"]
-    True
+    ``before`` is that of the calibrated machine `base`, ``after`` that of `best`, with what was added, and
+    ``noise_floor`` what noise alone leaves of a fit with so many parameters.
     """
     before, after = base.fitted.data_residuals, best.fitted.data_residuals
     n = len(before)
@@ -304,23 +216,7 @@ def describe_gap(base: Model, best: Model) -> dict[str, float]:
 
 
 def describe_balance(balance: Balance) -> dict[str, Any]:
-    """The part of the gap that a table takes away, in a model that is linear in its nodes.
-
-    Parameters
-    ----------
-    balance : apesim.studies.gap.tables.balance.Balance
-
-    Returns
-    -------
-    dict
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> described = describe_balance(explain_example().balances[0])
-    >>> described["table"] == f"tabulated_{described['balance']}", described["gain"] > 0.0
-    (True, True)
-    """
+    """The part of the gap that a table takes away, in a model that is linear in its nodes."""
     return {
         "balance": balance.balance,
         "table": balance.name,
@@ -345,24 +241,7 @@ def _describe_table(tabulated: Tabulated, base: Model, tolerance: float) -> dict
 
 
 def describe_noise(noise: dict[str, Any]) -> list[dict[str, Any]]:
-    """The noise of each sensor, at each sampling interval.
-
-    Parameters
-    ----------
-    noise : dict
-        See `apesim.studies.estimation.noise.estimation.noise_of`.
-
-    Returns
-    -------
-    list of dict
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> (lift,) = describe_noise(explain_example().noise)
-    >>> lift["sensor"], lift["deviation"]
-    ('lift', 3e-05)
-    """
+    """The noise of each sensor, at each sampling interval, from what `noise_of` gives."""
     return [
         {
             "sensor": sensor,
@@ -377,19 +256,8 @@ def describe_noise(noise: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def describe_held_out(judged: HeldOut | None) -> dict[str, float] | None:
-    """The gap on runs that nothing was fitted to.
+    """The gap on runs that nothing was fitted to; None where there are no such runs.
 
-    Parameters
-    ----------
-    judged : apesim.studies.gap.decide.held_out.HeldOut or None
-
-    Returns
-    -------
-    dict of float, or None
-        None where there are no such runs.
-
-    Examples
-    --------
     >>> judged = HeldOut(100, 3.0, 1.2, removed_energy=800.0, remaining_energy=50.0, remaining_sigma=10.0)
     >>> round(describe_held_out(judged)["removed_share"], 3)
     0.96
@@ -409,22 +277,7 @@ def describe_held_out(judged: HeldOut | None) -> dict[str, float] | None:
 
 
 def write_sentence(explanation: "Explanation") -> str:
-    """The verdict in a sentence that a technician understands.
-
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> write_sentence(explain_example())
-    'The model lacks side force (force 3.1 N).'
-    """
+    """The verdict in a sentence that a technician understands."""
     decision = explanation.decision
     if decision.verdict == Verdict.NO_GAP and explanation.gap_test.alarm:
         return "What the model leaves is more than noise, but too small to matter: nothing is added to it."
@@ -485,19 +338,8 @@ def _say_wrong(rows: list[dict[str, Any]]) -> str:
 
 
 def format_fault(row: dict[str, Any]) -> str:
-    """A fault of measurement of one file in words.
+    """A fault of measurement of one file, a row of `describe_effects`, in words.
 
-    Parameters
-    ----------
-    row : dict
-        See `apesim.studies.gap.report.effect_rows.describe_effects`.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> late = {"name": "run_time_zero", "key": "effects.time_zero.time", "value": 10.0, "unit": "ms"}
     >>> format_fault(late), format_fault(late | {"value": -0.5})
     ('recorded 10 ms late', 'recorded 0.50 ms early')
@@ -541,18 +383,9 @@ def _format_part(name: str) -> str:
 def describe_added(rows: list[dict[str, Any]]) -> dict[str, str]:
     """What an explanation adds, in words: effects with their values, and faults with their files.
 
-    Parameters
-    ----------
-    rows : list of dict
-        See `apesim.studies.gap.report.effect_rows.describe_effects`.
+    The rows are those of `describe_effects`; the texts go by the name of the effect, or by the file and the kind of its
+    fault.
 
-    Returns
-    -------
-    dict of str
-        By the name of the effect, or by the file and the kind of its fault.
-
-    Examples
-    --------
     >>> late = {"name": "run_time_zero", "key": "effects.time_zero.time", "value": 10.2, "unit": "ms", "file": "a.csv"}
     >>> describe_added([late | {"parameter": "time", "interval_95": [9.0, 11.4], "open_ends": []}])
     {'a.csv run_time_zero': 'a.csv: recorded 10.2 ms late'}

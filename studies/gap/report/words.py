@@ -2,37 +2,13 @@
 
 
 def format_name(name: str) -> str:
-    """A name without underscores.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> format_name("side_force")
-    'side force'
-    """
+    """A name without underscores."""
     return name.replace("_", " ")
 
 
 def format_key(key: str) -> str:
     """A key of the machine in words.
 
-    Parameters
-    ----------
-    key : str
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> format_key("effects.side_force.force")
     'side force, force'
     """

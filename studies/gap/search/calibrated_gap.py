@@ -57,40 +57,12 @@ def find_gap(
     faults: Sequence[Candidate] = (),
     scatter: Scatter | None = None,
 ) -> tuple[CalibratedGap, float, list[str]]:
-    """Calibrate a machine to measured data, and test whether it leaves more than noise.
+    """Calibrate a machine to measured data, and test whether it leaves more than noise; give the gap and warnings.
 
-    Where it does, further starts are tried, and the deepest minimum is taken.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    measured : apesim.studies.measured.Measured
-    candidates : sequence of apesim.studies.gap.search.candidates.Candidate
-        Effects that may be missing.
-    work : apesim.studies.gap.work.Work
-    faults : sequence of apesim.studies.gap.search.candidates.Candidate
-        Faults that single files may have, see `apesim.studies.gap.search.run_faults`.
-    scatter : apesim.studies.estimation.scatter.Scatter, optional
-        Scatter between runs that more repeats than these have told.
-
-    Returns
-    -------
-    gap : CalibratedGap
-    solver_error : float
-        The simulator's own error over the noise of a sample.
-    warnings : list of str
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        The machine itself cannot be simulated.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> gap, solver_error, warnings = find_gap(Machine(), read_example(), [], Work())
-    >>> gap.gap_test.alarm, solver_error < MAX_SOLVER_ERROR, warnings
-    (True, True, [])
+    The number returned with them is the simulator's own error over the noise of a sample. Where there is more than
+    noise, further starts are tried and the deepest minimum is taken. `faults` are those that single files may have,
+    `scatter` is what more repeats than these have told of runs. Raises EndedEarly where the machine itself cannot be
+    simulated.
     """
     work.tell("calibrating", 0, 1)
     calibrated, warnings = calibrate(machine, measured, work.simulations, scatter)
@@ -110,35 +82,10 @@ def find_gap(
 def score_candidates(
     calibrated: Model, candidates: Sequence[Candidate], work: Work, faults: Sequence[Candidate] = ()
 ) -> tuple[Model, list[Sensitivity], list[Sensitivity]]:
-    """Find what each candidate, and each fault of a file, would do to the data.
+    """Find what each candidate, and each fault of a file, would do to the data; give the model and both sensitivities.
 
-    Where what no candidate explains says more of the noise than was known, the machine is calibrated again with that.
-
-    Parameters
-    ----------
-    calibrated : apesim.studies.estimation.model.Model
-    candidates : sequence of apesim.studies.gap.search.candidates.Candidate
-    work : apesim.studies.gap.work.Work
-    faults : sequence of apesim.studies.gap.search.candidates.Candidate
-        Faults that single files may have.
-
-    Returns
-    -------
-    calibrated : Model
-        The machine given, or the one calibrated again.
-    sensitivities : list of Sensitivity
-        Of the candidates.
-    fault_sensitivities : list of Sensitivity
-        Of the faults.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import find_example_gap
-    >>> calibrated = find_example_gap().calibrated
-    >>> candidates = [sensitivity.probe.candidate for sensitivity in find_example_gap().sensitivities[:1]]
-    >>> again, sensitivities, _ = score_candidates(calibrated, candidates, Work())
-    >>> again is calibrated, sensitivities[0].probe.candidate.name
-    (True, 'spring_rate_error')
+    Where what no candidate explains says more of the noise than was known, the machine is calibrated again with that,
+    and the model returned is the new one.
     """
     residuals, x = calibrated.residuals, calibrated.fitted.x
     sensitivities = find_sensitivities(residuals, calibrated.fitted, candidates, work)
@@ -173,27 +120,6 @@ def find_fault_sensitivities(
     """Find what each fault of a file would do to the data.
 
     Faults that the sensors alone know need no new march, so they stay in this process, which remembers the last one.
-
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
-    faults : sequence of apesim.studies.gap.search.candidates.Candidate
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    list of apesim.studies.gap.search.score_test.Sensitivity
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import find_example_gap, read_example
-    >>> from apesim.studies.gap.search.run_faults import list_faults
-    >>> calibrated = find_example_gap().calibrated
-    >>> faults = list(list_faults(read_example().runs[0]))
-    >>> found = find_fault_sensitivities(calibrated.residuals, calibrated.fitted, faults, Work())
-    >>> found[0].probe.candidate.name, found[0].is_visible
-    ('run_offset of lift in p30.csv', True)
     """
     sensed = [fault for fault in faults if not fault.strengths[0].is_marched]
     marched = [fault for fault in faults if fault.strengths[0].is_marched]
@@ -207,23 +133,7 @@ def check_against_noise(
 ) -> CalibratedGap:
     """Compare what the calibrated machine leaves with what noise alone would leave.
 
-    Parameters
-    ----------
-    calibrated : apesim.studies.estimation.model.Model
-    sensitivities, faults : list of apesim.studies.gap.search.score_test.Sensitivity
-        Of the effects of the library, and of faults of single files.
-
-    Returns
-    -------
-    CalibratedGap
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import find_example_gap
-    >>> gap = find_example_gap()
-    >>> again = check_against_noise(gap.calibrated, gap.sensitivities, gap.faults)
-    >>> again.scores[0].name, again.gap_test.alarm
-    ('side_force', True)
+    `sensitivities` are those of the effects of the library, `faults` those of faults of single files.
     """
     errors, marks = calibrated.fitted.residuals, calibrated.residuals.marks(calibrated.fitted.x)
     local = find_local_shapes(calibrated.residuals, marks, find_nuisance_space(calibrated.fitted.jacobian))

@@ -33,34 +33,12 @@ MAX_PAIRED_FAULTS = 10
 def fit_candidates(
     gap: CalibratedGap, library_size: int, work: Work, others: Sequence[MeasuredRun] = ()
 ) -> tuple[CalibratedGap, list[Choice]]:
-    """Fit all models that may explain a gap.
+    """Fit all models that may explain a gap; give the gap, its scatter taken anew where runs scatter, and the fits.
 
-    The best single effects and faults of single files by their score come first; the other effects and pairs follow
-    where the best of these is doubtful, and sets of three where the best pair leaves more than noise. What scatters
-    between runs is taken at the best single effect, and again at the best pair, see `take_scatter_at_best`.
-
-    Parameters
-    ----------
-    gap : apesim.studies.gap.search.calibrated_gap.CalibratedGap
-    library_size : int
-        Number of candidates.
-    work : apesim.studies.gap.work.Work
-    others : sequence of apesim.studies.measured.MeasuredRun
-        Runs that are held out, which scatter as much.
-
-    Returns
-    -------
-    gap : CalibratedGap
-        The gap as all models see it: with its scatter taken anew, where runs scatter.
-    fits : list of Choice
-        Penalised, the best first; the best of each set of effects.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import find_example_gap
-    >>> _, fits = fit_candidates(find_example_gap(), library_size=3, work=Work())
-    >>> fits[0].names
-    ('side_force',)
+    The best single effects and faults of single files by score come first; the other effects and pairs follow where the
+    best of these is doubtful, and sets of three where the best pair leaves more than noise. Scatter is taken at the
+    best single effect, and again at the best pair, see `take_scatter_at_best`, with the held-out runs `others`;
+    `library_size` is the number of candidates. The fits are penalised, the best of each set of effects, the best first.
     """
     fits = fit_singles(gap.calibrated, gap.scores, library_size, work)
     gap, fits = take_scatter_at_best(gap, fits, others, work)
@@ -96,23 +74,10 @@ def _list_paired(gap: CalibratedGap) -> list[Sensitivity]:
 
 
 def is_doubtful(fits: list[Choice], gap: CalibratedGap) -> bool:
-    """Whether the best model is implausible, or pulls a number far, or leaves more than noise may well leave.
+    """Whether the best model is implausible, pulls a number far, or leaves what noise alone hardly leaves.
 
-    The last holds where noise alone leaves as much with a chance below `DOUBTFUL`.
+    The last is meant where noise alone leaves as much with a chance below `DOUBTFUL`. False where no model was fitted.
 
-    Parameters
-    ----------
-    fits : list of Choice
-        Models that were fitted so far.
-    gap : apesim.studies.gap.search.calibrated_gap.CalibratedGap
-
-    Returns
-    -------
-    bool
-        False where no model was fitted.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example, find_example_gap
     >>> fits = explain_example().fits
     >>> is_doubtful([choice for choice in fits if choice.names == ("coulomb_friction",)], find_example_gap())
@@ -129,17 +94,6 @@ def compare_model_with_noise(model: Model, gap: CalibratedGap) -> GapTest:
 
     The scores are those of the candidates that the model does not have, and of local shapes, see `compare_with_noise`.
 
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-    gap : apesim.studies.gap.search.calibrated_gap.CalibratedGap
-
-    Returns
-    -------
-    apesim.studies.gap.search.gap_test.GapTest
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example, find_example_gap
     >>> compare_model_with_noise(explain_example().best, find_example_gap()).alarm
     False

@@ -58,31 +58,9 @@ class Candidate(NamedTuple):
         return self.strengths + self.shapes
 
     def switch_on(self, number: int, size: float, shapes: Iterable[float]) -> tuple[float, ...]:
-        """Values x of the parameters with one strength at a size, the other strengths off, and given shapes.
+        """Values x of the parameters, in their order, with one strength at a size, the others off, and given shapes.
 
-        Parameters
-        ----------
-        number : int
-            Place of the strength among `strengths`.
-        size : float
-            Value x of that strength.
-        shapes : iterable of float
-            Values x of the shapes.
-
-        Returns
-        -------
-        tuple of float
-            In the order of `parameters`.
-
-        Examples
-        --------
-        >>> from apesim.engine.effects import ALL_EFFECTS
-        >>> candidates = find_candidates(Machine(), "engine", ALL_EFFECTS)
-        >>> friction = next(candidate for candidate in candidates if candidate.name == "coulomb_friction")
-        >>> [parameter.key for parameter in friction.parameters]
-        ['effects.coulomb_friction.force', 'effects.coulomb_friction.breakaway']
-        >>> friction.switch_on(0, 0.5, [0.2])
-        (0.5, 0.2)
+        `number` is the place of the strength among `strengths`, `size` its value x.
         """
         return (*(size if k == number else 0.0 for k in range(len(self.strengths))), *shapes)
 
@@ -107,24 +85,9 @@ class Probe(NamedTuple):
         return self.parameter.low >= 0.0
 
     def scale(self, factor: float) -> tuple[float, ...]:
-        """Values x of the candidate's parameters with the probe's strength times a factor, the shapes as they are.
+        """Values x of the candidate's parameters with the probe's strength times a factor, shapes as they are.
 
-        Parameters
-        ----------
-        factor : float
-
-        Returns
-        -------
-        tuple of float
-            The strength is clipped to the range that a fit may take.
-
-        Examples
-        --------
-        >>> from apesim.engine.effects import ALL_EFFECTS
-        >>> candidates = find_candidates(Machine(), "engine", ALL_EFFECTS)
-        >>> force = next(candidate for candidate in candidates if candidate.name == "side_force")
-        >>> Probe(force, (0.25,), strength=0).scale(2.0), Probe(force, (0.25,), strength=0).scale(-20.0)
-        ((0.5,), (-1.3,))
+        The strength is clipped to the range that a fit may take.
         """
         x = list(self.x)
         size = x[self.strength] * factor
@@ -133,30 +96,10 @@ class Probe(NamedTuple):
 
 
 def find_candidates(machine: Machine, bench: str, effects: Iterable[Effect]) -> list[Candidate]:
-    """The effects that may be missing: those of the library that are off in the machine.
+    """The effects that may be missing: those of the library that are off in the machine, in its order.
 
     Tables are left out, and so are the sensors' gain, offset and time zero (`NUISANCES`), which are known within a
-    prior.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    bench : {"valve", "engine", "cylinder"}
-        Bench of the data, by which `effects` has been chosen already.
-    effects : iterable of apesim.effect.Effect
-        The library, see `apesim.studies.gap.search.library.select_effects`.
-
-    Returns
-    -------
-    list of Candidate
-        In the order of the library.
-
-    Examples
-    --------
-    >>> from apesim.valve.effects import VALVE_EFFECTS
-    >>> names = [candidate.name for candidate in find_candidates(Machine(), "valve", VALVE_EFFECTS)]
-    >>> "side_force" in names, "sensor_gain" in names, "tabulated_force" in names
-    (True, False, False)
+    prior. `effects` are those of `select_effects`, chosen by `bench` ("valve", "engine" or "cylinder") already.
     """
     candidates = []
     for effect in effects:
@@ -176,24 +119,12 @@ def find_candidates(machine: Machine, bench: str, effects: Iterable[Effect]) -> 
 
 
 def make_strength(effect: Effect, name: str) -> Parameter:
-    """A strength of an effect as a scaled parameter that is off at x = 0.
+    """A strength of an effect, by its `name`, as a scaled parameter that is off at x = 0.
 
-    Its value is ``off + scale x``, where the scale reaches to the end of the declared range that is farther from off. A
-    fit may go `MAX_REACH` times as far. A strength of an effect in `MIN_AREAS` has the value ``scale / x`` with the
-    scale at the least area, as it does the less the larger it is.
+    Its value is ``off + scale x``, where the scale reaches to the end of the declared range that is farther from off; a
+    fit may go `MAX_REACH` times as far. An effect in `MIN_AREAS` has the value ``scale / x`` with the scale at the
+    least area, as it does the less the larger it is.
 
-    Parameters
-    ----------
-    effect : apesim.effect.Effect
-    name : str
-        Name of one of its strengths.
-
-    Returns
-    -------
-    apesim.studies.estimation.parameters.Parameter
-
-    Examples
-    --------
     >>> from apesim.valve.effects import coulomb_friction
     >>> force = make_strength(coulomb_friction.EFFECT, "force")
     >>> force.key, force.value(0.0), force.value(0.5)
@@ -225,16 +156,6 @@ def list_probes(candidate: Candidate) -> Iterator[Probe]:
 
     An effect whose slope at zero vanishes is seen by the large probes alone.
 
-    Parameters
-    ----------
-    candidate : Candidate
-
-    Yields
-    ------
-    Probe
-
-    Examples
-    --------
     >>> from apesim.valve.effects import side_force
     >>> (force,) = find_candidates(Machine(), "valve", [side_force.EFFECT])
     >>> [probe.x for probe in list_probes(force)]

@@ -25,27 +25,11 @@ STRENGTHS = {effect.name: effect.strengths for effect in ALL_EFFECTS}
 
 
 def select_clearest(sensitivities: Iterable[Sensitivity]) -> dict[str, Sensitivity]:
-    """The probe of each candidate by which it is seen from the smallest size on.
+    """The probe of each candidate, by its name, by which it is seen from the smallest size on.
 
     Among probes of one strength and shape, which differ in size, the one counts whose length is nearest to
     `N_SIGMA_VISIBLE`, as an effect need not grow in proportion. Among shapes the one counts that is seen best; a shape
     that acts by itself, as breakaway does, is kept small.
-
-    Parameters
-    ----------
-    sensitivities : iterable of apesim.studies.gap.search.score_test.Sensitivity
-
-    Returns
-    -------
-    dict of apesim.studies.gap.search.score_test.Sensitivity
-        By name of the candidate.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> clearest = select_clearest(explain_example().sensitivities)
-    >>> clearest["side_force"].probe.x
-    (0.01,)
     """
     alike: dict = {}
     for sensitivity in sensitivities:
@@ -67,21 +51,11 @@ def select_clearest(sensitivities: Iterable[Sensitivity]) -> dict[str, Sensitivi
 
 
 def find_visible_size(sensitivity: Sensitivity) -> float:
-    """The smallest size at which an effect is seen, by one probe and in proportion to it.
+    """The smallest size, over the range of the strength, at which an effect is seen, by one probe in proportion to it.
 
-    It is ``|x| N_SIGMA_VISIBLE / length`` for a probe of size x and the length of what it does to the data.
+    It is ``|x| N_SIGMA_VISIBLE / length`` for a probe of size x and the length of what it does to the data; inf where
+    the probe does nothing that nuisances cannot imitate.
 
-    Parameters
-    ----------
-    sensitivity : apesim.studies.gap.search.score_test.Sensitivity
-
-    Returns
-    -------
-    float
-        Over the range of the strength; inf where the probe does nothing that nuisances cannot imitate.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.search.candidates import Probe
     >>> probe = Probe(None, x=(0.25,), strength=0)
     >>> find_visible_size(Sensitivity(probe, np.array([6.0, 8.0]), np.array([6.0, 8.0]), 1.0))
@@ -97,25 +71,10 @@ def find_visible_size(sensitivity: Sensitivity) -> float:
 def sharpen_probe(residuals: WhitenedResiduals, fitted: Fitted, sensitivity: Sensitivity) -> Sensitivity:
     """A probe at the very size from which its effect is seen, as an effect need not grow in proportion to its size.
 
-    Up to `MAX_STEPS` probes are simulated, each where a power law through the last two reaches `N_SIGMA_VISIBLE`.
+    Up to `MAX_STEPS` probes are simulated, each where a power law through the last two reaches `N_SIGMA_VISIBLE`;
+    `residuals` has the nuisances as parameters, `fitted` is its fit. Ends at the end of the range where the effect is
+    not seen even there, or at the last that could be simulated where a simulation ends early.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-        Its parameters are the nuisances.
-    fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
-        Fit of the residuals.
-    sensitivity : apesim.studies.gap.search.score_test.Sensitivity
-        The probe to begin with.
-
-    Returns
-    -------
-    apesim.studies.gap.search.score_test.Sensitivity
-        At the end of the range where the effect is not seen even there; the last that could be simulated where a
-        simulation ends early.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> calibrated = explain_example().calibrated
     >>> clearest = select_clearest(explain_example().sensitivities)["side_force"]
@@ -150,28 +109,10 @@ def sharpen_probe(residuals: WhitenedResiduals, fitted: Fitted, sensitivity: Sen
 def find_detection_limits(sensitivities: Iterable[Sensitivity]) -> dict[str, dict[str, Any]]:
     """The detection limit of each candidate: the size that these data would show with `N_SIGMA_VISIBLE` sigmas.
 
-    Two effects are of one class where the cosine between what they do to the data, nuisances projected out, is above
-    `ALIKE`.
-
-    Parameters
-    ----------
-    sensitivities : iterable of apesim.studies.gap.search.score_test.Sensitivity
-
-    Returns
-    -------
-    dict of dict
-        By name of the candidate: ``parameter``, ``unit``; ``limit`` in that unit, None where it is beyond the range;
-        ``off``, the value without effect, from which the limit counts; ``grows``, "down" where the effect is the larger
-        the smaller the parameter, as of an area that feeds, else "up"; ``kept``, the share of the effect that is left
-        once nuisances are projected out; ``class``, the other effects within their limits that sensors and runs hardly
-        distinguish from it.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> limit = find_detection_limits(explain_example().sensitivities)["side_force"]
-    >>> f"{limit['limit']:.1f} {limit['unit']}"
-    '1.5 N'
+    ``limit`` is in ``unit``, counted from ``off``, the value without effect, and None where it is beyond the range;
+    ``grows`` is "down" where the effect is the larger the smaller the parameter, as of an area that feeds. ``kept`` is
+    the share of the effect that is left once nuisances are projected out; ``class`` are the other effects within their
+    limits whose cosine with it, nuisances projected out, is above `ALIKE`.
     """
     limits, best = {}, select_clearest(sensitivities)
     for name, sensitivity in best.items():
@@ -196,20 +137,10 @@ def find_detection_limits(sensitivities: Iterable[Sensitivity]) -> dict[str, dic
 
 
 def format_limit(limit: dict[str, Any] | None) -> str:
-    """The size from which an effect is visible, as text.
+    """The size from which an effect is visible, as text; "and below" where it is the larger the smaller its parameter.
 
-    Parameters
-    ----------
-    limit : dict or None
-        See `find_detection_limits`.
+    The limit is one of `find_detection_limits`; None is beyond its range.
 
-    Returns
-    -------
-    str
-        With "and below" where the effect is the larger the smaller its parameter.
-
-    Examples
-    --------
     >>> format_limit({"limit": 1.2345, "unit": "N", "off": 0.0, "grows": "up"}), format_limit(None)
     ('1.2 N', 'beyond its range')
     >>> format_limit({"limit": 12.0, "unit": "mm^2", "off": 0.0, "grows": "down"})

@@ -52,39 +52,15 @@ def compare_with_noise(
 ) -> GapTest:
     """Compare the largest of all scores with the largest that noise alone gives, by Monte Carlo.
 
-    The scores are ``-S'e`` over shapes S of length 1, those of the candidates and local ones. Noise alone gives them
-    the covariance ``S'S``; each draw is scaled by what the noise may be, as it is known from so many samples only. What
-    scatters from run to run is Student's t, see `apesim.studies.estimation.scatter_sizes.draw_stretches`. With k of D
-    draws at or above the largest score, the chance is ``(1 + k) / (1 + D)`` (Monte Carlo test [1]_).
+    The scores are ``-S'e`` over shapes S of length 1 in residuals e (n + p,) [standard deviations]: those of the
+    candidates that show, and `local` (n + p, m) of no known cause, see `find_local_shapes`. Noise gives them the
+    covariance ``S'S``, each draw scaled by what the noise may be; what scatters from run to run is Student's t, see
+    `draw_stretches`. With k of D draws at or above the largest score, the chance is ``(1 + k) / (1 + D)`` (Davison and
+    Hinkley 1997, doi 10.1017/CBO9780511802843, chapter 4). As two effects that mask each other have small scores alone,
+    the largest score of two together is compared too, see `score_pairs`, and the smaller of both chances counts,
+    against the smaller one that noise alone gives. `parts` give the noise of each block's rows, see `parts_of`,
+    `spreads` how each run varies by scatter, and its rows.
 
-    Two effects that mask each other have small scores alone and a large one together. So the largest score of two
-    effects of the library together is compared as well, see `score_pairs`, and of both chances the smaller one counts:
-    against the smaller one that noise alone gives.
-
-    Parameters
-    ----------
-    sensitivities : sequence of apesim.studies.gap.search.score_test.Sensitivity
-        What each candidate would do to the data; those that do not show are left out.
-    local : (n + p, m) float array
-        Shapes of no known cause, see `apesim.studies.gap.search.phases.find_local_shapes`.
-    errors : (n + p,) float array
-        Residuals of the model at its optimum [standard deviations].
-    parts : list of (Noise, slice)
-        Noise of each block's rows, see `apesim.studies.estimation.noise.sampling.parts_of`.
-    spreads : sequence of (apesim.studies.estimation.scatter.Spread, slice)
-        How each run varies by scatter, and its rows.
-
-    Returns
-    -------
-    GapTest
-
-    References
-    ----------
-    .. [1] A. C. Davison and D. V. Hinkley, "Bootstrap Methods and their Application", Cambridge University Press, 1997,
-       doi 10.1017/CBO9780511802843, chapter 4.
-
-    Examples
-    --------
     >>> nothing = np.zeros(50)
     >>> local = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, 50), 3))[0]
     >>> compare_with_noise([], local, nothing, []).p_value, compare_with_noise([], local, 6.0 * local[:, 0], []).alarm
@@ -144,22 +120,10 @@ def _find_chances(highest: np.ndarray, seen: "np.ndarray | float") -> Any:
 
 
 def list_pairs(sensitivities: Sequence[Sensitivity], correlations: np.ndarray) -> np.ndarray:
-    """The pairs of probes of two different effects of the library that are not nearly the same shape.
+    """The pairs of probes, places (k, 2), of two different effects of the library that are not nearly the same shape.
 
-    Parameters
-    ----------
-    sensitivities : sequence of apesim.studies.gap.search.score_test.Sensitivity
-        They stand first among the shapes.
-    correlations : (m, m) float array
-        Cosines between all shapes.
+    The sensitivities stand first among the shapes, whose cosines are `correlations` (m, m).
 
-    Returns
-    -------
-    (k, 2) int array
-        Places of both.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import find_example_gap
     >>> sensitivities = find_example_gap().sensitivities[:2]
     >>> list_pairs(sensitivities, np.eye(2)).tolist(), list_pairs(sensitivities, np.ones((2, 2))).tolist()
@@ -177,32 +141,12 @@ def list_pairs(sensitivities: Sequence[Sensitivity], correlations: np.ndarray) -
 
 
 def score_pairs(scores: np.ndarray, pairs: np.ndarray, correlations: np.ndarray, one_sided: np.ndarray) -> np.ndarray:
-    """Score pairs of shapes together: the root of the sum of squares that both take.
+    """Score pairs of shapes together [standard deviations]: the root of the sum of squares that both take, (d, k).
 
-    With the scores a and b of two shapes of cosine r it is ``sqrt((a^2 + b^2 - 2 r a b) / (1 - r^2))``: a score test of
-    two parameters [1]_. Where a strength that cannot be negative would have to be, it is 0.
+    With the scores a and b of two shapes of cosine r it is ``sqrt((a^2 + b^2 - 2 r a b) / (1 - r^2))``, a score test of
+    two parameters (Rao 1948, doi 10.1017/S0305004100023987), and 0 where a strength that cannot be negative
+    (`one_sided`, (m,) bool) would have to be. `scores` is (d, m) for d draws, `pairs` (k, 2), `correlations` (m, m).
 
-    Parameters
-    ----------
-    scores : (d, m) float array
-        Scores of all shapes, d times.
-    pairs : (k, 2) int array
-    correlations : (m, m) float array
-    one_sided : (m,) bool array
-        Whether a strength cannot be negative.
-
-    Returns
-    -------
-    (d, k) float array
-        [standard deviations]
-
-    References
-    ----------
-    .. [1] C. R. Rao, "Large sample tests of statistical hypotheses concerning several parameters with applications to
-       problems of estimation", Math. Proc. Camb. Phil. Soc. 44, 1948, pp. 50-57, doi 10.1017/S0305004100023987.
-
-    Examples
-    --------
     Two shapes that nearly cancel, each with a score of 1 alone:
 
     >>> correlations = np.array([[1.0, -0.9], [-0.9, 1.0]])
@@ -216,28 +160,9 @@ def score_pairs(scores: np.ndarray, pairs: np.ndarray, correlations: np.ndarray,
 def score_best_pairs(
     scores: np.ndarray, pairs: np.ndarray, correlations: np.ndarray, one_sided: np.ndarray
 ) -> np.ndarray:
-    """Score the best pair of shapes of each draw, see `score_pairs`.
+    """Score the best pair of shapes of each draw, (d,) [standard deviations], see `score_pairs` for the arguments.
 
-    Parameters
-    ----------
-    scores : (d, m) float array
-        Scores of all shapes, d times.
-    pairs : (k, 2) int array
-        One pair at least.
-    correlations : (m, m) float array
-    one_sided : (m,) bool array
-        Whether a strength cannot be negative.
-
-    Returns
-    -------
-    (d,) float array
-        [standard deviations]
-
-    Examples
-    --------
-    >>> pairs = np.array([[0, 1], [0, 2]])
-    >>> score_best_pairs(np.array([[1.0, 2.0, 3.0]]), pairs, np.eye(3), np.zeros(3, dtype=bool)).round(2).tolist()
-    [3.16]
+    `pairs` holds one pair at least.
     """
     best = np.zeros(len(scores))
     for squared in _square_pairs(scores, pairs, correlations, one_sided):

@@ -26,34 +26,11 @@ SIDES = -1, 1
 
 
 def find_profiles(model: Model, work: Work) -> tuple[Model, int]:
-    """Find the 95 % intervals of a model's effects that have a shape, by profile likelihood.
+    """Find the 95 % intervals of a model's effects that have a shape, by profile likelihood, and count the simulations.
 
-    It is the method of Venzon and Moolgavkar [1]_, see `apesim.studies.estimation.profile_likelihood`.
-
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    model : apesim.studies.estimation.model.Model
-        The model with its ``profiles``, fitted anew where a profile meets a point of a smaller sum of squares; without
-        them where such points are still met after `MAX_RESTARTS` fits.
-    simulations : int
-        Number of simulations that it took.
-
-    References
-    ----------
-    .. [1] D. J. Venzon and S. H. Moolgavkar, "A method for computing profile-likelihood-based confidence intervals",
-       Appl. Statist. 37, 1988, pp. 87-94, doi 10.2307/2347496.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> model, simulations = find_profiles(explain_example().best, Work())  # a side force has no shape
-    >>> model.profiles, simulations
-    ({}, 0)
+    It is the method of Venzon and Moolgavkar (1988, doi 10.2307/2347496). The model is fitted anew where a profile
+    meets a point of a smaller sum of squares, and stays without ``profiles`` where such points are still met after
+    `MAX_RESTARTS` fits.
     """
     simulations = 0
     for _ in range(1 + MAX_RESTARTS):
@@ -115,16 +92,6 @@ def _copy(residuals: WhitenedResiduals) -> WhitenedResiduals:
 def has_shape(model: Model) -> bool:
     """Whether an effect of a model has a shape: a parameter beside its strength, such as breakaway.
 
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> {choice.names: has_shape(choice.model) for choice in explain_example().fits if len(choice.names) == 1}
     {('side_force',): False, ('coulomb_friction',): True}

@@ -195,22 +195,7 @@ def list_effects(machine: Machine | None = None) -> EffectLibrary:
 
 
 def list_parameters(effect: Effect) -> Iterator[Parameter]:
-    """The parameters of an effect as the library lists them, in the order in which they are declared.
-
-    Parameters
-    ----------
-    effect : apesim.effect.Effect
-
-    Yields
-    ------
-    Parameter
-
-    Examples
-    --------
-    >>> from apesim.valve.effects import coulomb_friction
-    >>> [(parameter.name, parameter.unit, parameter.strength) for parameter in list_parameters(coulomb_friction.EFFECT)]
-    [('force', 'N', True), ('breakaway', 'N', True)]
-    """
+    """The parameters of an effect as the library lists them, in the order in which they are declared."""
     for leaf in schema(effect.parameters):
         declared = leaf.declaration
         yield Parameter(
@@ -224,24 +209,9 @@ def list_parameters(effect: Effect) -> Iterator[Parameter]:
 
 
 def select_effects(bench: str, without: Sequence[str] = (), machine: Machine | None = None) -> list[Effect]:
-    """The effects that can show on a bench.
+    """The effects that can show on a bench ("valve", "engine" or "cylinder"), those left out by name `without` them.
 
-    Parameters
-    ----------
-    bench : {"valve", "engine", "cylinder"}
-    without : sequence of str
-        Names of effects that are left out.
-    machine : Machine, optional
-        Machine whose effects from outside are among them.
-
-    Returns
-    -------
-    list of apesim.effect.Effect
-
-    Examples
-    --------
-    >>> "blow_by" in [effect.name for effect in select_effects("valve")]
-    False
+    A `machine` adds its effects from outside.
     """
     known = (machine or Machine()).effects
     effects = library_for(known, VALVE_LIBRARY, "valve").effects if bench in (VALVE, CYLINDER) else library_of(known)
@@ -253,20 +223,7 @@ def select_effects(bench: str, without: Sequence[str] = (), machine: Machine | N
 def find_faults(without: Iterable[str], machine: Machine) -> list[tuple[str, str, str]]:
     """Faults of a list of effects to leave out: the argument, what is wrong, what would be right.
 
-    Parameters
-    ----------
-    without : iterable of str
-    machine : Machine
-        Machine whose effects, ours and those from outside, can be left out.
-
-    Returns
-    -------
-    list of tuple of str
-
-    Examples
-    --------
-    >>> find_faults(["blow_by", "magic"], Machine())
-    [('without', "'magic' is no effect", 'see apesim gap effects')]
+    The effects of `machine`, ours and those from outside, can be left out.
     """
     known = {effect.name for effect in library_of(getattr(machine, "effects", None))}
     return [("without", f"{name!r} is no effect", "see apesim gap effects") for name in without if name not in known]

@@ -30,31 +30,10 @@ def localise(
     """Localise a gap: its energy in each cell, which is a signal in a phase of the stroke or cycle.
 
     The energy of a cell is the sum of squares over its samples, and its size the root of that over their number. Where
-    the gap holds noise, the energy is ``sum(sum(part)^2 / len(part) - 1)`` over parts of `WINDOW_SAMPLES` samples,
-    which noise alone makes 0 on average.
-
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    marks : list of dict
-        Instants that divide each run.
-    gap : (n,) float array
-        The gap as whitened residuals, in the order of `WhitenedResiduals.at` [standard deviations].
-    holds_noise : bool
-        Whether the gap holds the noise, too, whose energy is then taken off.
-
-    Returns
-    -------
-    list of Cell
-        The largest share first.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import find_example_gap
-    >>> calibrated, marks = find_example_gap().calibrated, find_example_gap().marks
-    >>> cells = localise(calibrated.residuals, marks, calibrated.fitted.data_residuals, holds_noise=True)
-    >>> cells[0].signal, str(cells[0].phase)
-    ('lift', 'opening flight')
+    `holds_noise` says that the gap holds the noise, too, the energy is ``sum(sum(part)^2 / len(part) - 1)`` over parts
+    of `WINDOW_SAMPLES` samples, which noise alone makes 0 on average. `gap` (n,) are whitened residuals in the order of
+    `WhitenedResiduals.at` [standard deviations]; `marks` are the instants that divide each run. The cell of the largest
+    share comes first.
     """
     energy: dict[tuple[str, Phase | None], float] = {}
     count: dict[tuple[str, Phase | None], int] = {}

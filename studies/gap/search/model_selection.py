@@ -51,26 +51,11 @@ class Choice(NamedTuple):
 
 
 def find_term_penalty(library: int) -> float:
-    """The penalty of one effect: ``2 ln(n / p)``.
+    """The penalty of one effect of the library of n, ``2 ln(n / p)``, in units of the sum of squares.
 
-    It is the price of one term among n, with the chance p = `TERM_CHANCE` of a term that is not there (PASTIS [1]_).
+    It is the price of one term among n, with the chance p = `TERM_CHANCE` of a term that is not there (PASTIS; Gerardos
+    and Ronceray 2025, arXiv:2501.10339).
 
-    Parameters
-    ----------
-    library : int
-        Number n of candidates.
-
-    Returns
-    -------
-    float
-        In units of the sum of squares.
-
-    References
-    ----------
-    .. [1] A. Gerardos and P. Ronceray, 2025, arXiv:2501.10339 (PASTIS).
-
-    Examples
-    --------
     >>> round(find_term_penalty(35), 2)
     16.32
     """
@@ -80,30 +65,10 @@ def find_term_penalty(library: int) -> float:
 def find_penalty(model: Model, library: int) -> float:
     """The penalty of a model: that of a term for each effect, and 2 for each parameter beyond one an effect.
 
-    See `find_term_penalty`. A number that is off costs what its prior says, see
-    `apesim.studies.estimation.heavy_tails.find_pull`.
+    It is in units of the sum of squares; `library` is the number of candidates. The price of a term is that of PASTIS
+    (Gerardos and Ronceray 2025, arXiv:2501.10339), see `find_term_penalty`, that of a further parameter Akaike's (1974,
+    doi 10.1109/TAC.1974.1100705); a number that is off costs what its prior says, see `find_pull`.
 
-    The price of a term is that of PASTIS [1]_, that of a further parameter is Akaike's [2]_.
-
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-    library : int
-        Number of candidates.
-
-    Returns
-    -------
-    float
-        In units of the sum of squares.
-
-    References
-    ----------
-    .. [1] A. Gerardos and P. Ronceray, 2025, arXiv:2501.10339 (PASTIS).
-    .. [2] H. Akaike, "A new look at the statistical model identification", IEEE Trans. Automat. Contr. 19, 1974,
-       pp. 716-723, doi 10.1109/TAC.1974.1100705.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> round(find_penalty(explain_example().best, library=35), 2)  # one effect of one parameter
     16.32
@@ -113,55 +78,15 @@ def find_penalty(model: Model, library: int) -> float:
 
 
 def price_model(model: Model, library: int) -> Choice:
-    """A model as a choice: with its sum of squares and its `find_penalty` added up.
-
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-    library : int
-        Number of candidates.
-
-    Returns
-    -------
-    Choice
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> model = explain_example().best
-    >>> round(price_model(model, library=35).cost - model.cost, 2)
-    16.32
-    """
+    """A model as a choice: with its sum of squares and its `find_penalty` added up; `library` counts the candidates."""
     return Choice(model, model.cost + find_penalty(model, library))
 
 
 def fit_singles(base: Model, ranked: Sequence[Score], library: int, work: Work) -> list[Choice]:
-    """Fit the most promising candidates, each alone.
+    """Fit the most promising candidates, each alone; the best fit first.
 
-    They are the `MAX_SINGLES` best by score, and of the others the `MAX_LARGE` that leave least when switched on by
-    much.
-
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    ranked : sequence of apesim.studies.gap.search.score_test.Score
-        Scores of the candidates, the largest first.
-    library : int
-        Number of candidates.
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    list of Choice
-        The best first.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> [choice.names for choice in fit_singles(explanation.calibrated, explanation.scores[:1], 3, Work())]
-    [('side_force',)]
+    They are the `MAX_SINGLES` best by score (`ranked`, the largest first), and of the others the `MAX_LARGE` that leave
+    least when switched on by much; `library` is the number of candidates.
     """
     wanted = {score.name: score for score in ranked[:MAX_SINGLES] if score.n_sigma > 0.0}
     tasks = _guess_singles(base, wanted.values())
@@ -174,30 +99,10 @@ def fit_singles(base: Model, ranked: Sequence[Score], library: int, work: Work) 
 
 
 def fit_faults(base: Model, ranked: Sequence[Score], fits: Iterable[Choice], library: int, work: Work) -> list[Choice]:
-    """Fit the most promising faults of single files, each alone.
+    """Fit the most promising faults of single files, each alone, beside the models `fits` that were fitted; best first.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    ranked : sequence of apesim.studies.gap.search.score_test.Score
-        Scores of the faults, the largest first.
-    fits : iterable of Choice
-        Models that were fitted.
-    library : int
-        Number of candidates.
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    list of Choice
-        The best first.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> fit_faults(explain_example().calibrated, [], [], 3, Work())
-    []
+    `base` is the calibrated machine, `ranked` the scores of the faults, the largest first, `library` the number of
+    candidates.
     """
     wanted = [score for score in ranked[:MAX_FAULTS] if score.n_sigma > 0.0]
     return _fit_all(base, refit, _guess_singles(base, wanted), fits, library, work, "fitting files")
@@ -212,25 +117,9 @@ def fit_triples(
 ) -> list[Choice]:
     """Fit the most promising sets of three: each of the best pairs with the two that score best on what it leaves.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    sensitivities : sequence of apesim.studies.gap.search.score_test.Sensitivity
-        What each candidate would do to the data at the calibrated machine.
-    pairs : sequence of Choice
-        Pairs, the best first.
-    library : int
-        Number of candidates.
-    work : apesim.studies.gap.work.Work
+    `sensitivities` are those at the calibrated machine `base`, `pairs` and the result have the best first; `library` is
+    the number of candidates.
 
-    Returns
-    -------
-    list of Choice
-        The best first.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
     >>> pairs = [choice for choice in explanation.fits if len(choice.names) == 2]
@@ -254,34 +143,10 @@ def fit_triples(
 def fit_remaining(
     base: Model, ranked: Sequence[Score], fits: Iterable[Choice], library: int, work: Work
 ) -> list[Choice]:
-    """Fit the candidates that were not fitted alone yet.
+    """Fit the candidates that were not fitted alone yet; the best fit first.
 
-    Where a calibration was led astray, scores and probes say little of what a fit gives.
-
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    ranked : sequence of apesim.studies.gap.search.score_test.Score
-        Scores of the candidates, the largest first.
-    fits : iterable of Choice
-        Models that were fitted.
-    library : int
-        Number of candidates.
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    list of Choice
-        The best first.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> # The best candidate by its score is fitted already.
-    >>> fit_remaining(explanation.calibrated, explanation.scores[:1], explanation.fits, 3, Work())
-    []
+    Where a calibration was led astray, scores and probes say little of what a fit gives. `ranked` has the largest score
+    first; `library` is the number of candidates.
     """
     fitted = list(fits)
     names = {choice.names for choice in fitted}
@@ -297,39 +162,12 @@ def fit_pairs(
     library: int,
     work: Work,
 ) -> list[Choice]:
-    """Fit the most promising pairs of effects.
+    """Fit the most promising pairs of effects; the best fit first.
 
     They are each of the three best singles with the two effects that score best on what it leaves; of all pairs those
     that take most of the gap in a linear model, by their sensitivities and by what each effect takes alone; and then
-    the best of these pairs with either effect replaced by others.
-
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    sensitivities : sequence of apesim.studies.gap.search.score_test.Sensitivity
-        What each candidate would do to the data at the calibrated machine.
-    ranked : sequence of apesim.studies.gap.search.score_test.Score
-        Scores of the candidates, the largest first.
-    alone : sequence of Choice
-        Single effects, the best first.
-    library : int
-        Number of candidates.
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    list of Choice
-        The best first.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> singles = [choice for choice in explanation.fits if len(choice.names) == 1]
-    >>> pairs = fit_pairs(explanation.calibrated, explanation.sensitivities, explanation.scores, singles, 3, Work())
-    >>> pairs[0].names
-    ('side_force', 'coulomb_friction')
+    the best of these pairs with either effect replaced by others. `sensitivities` are at the calibrated machine `base`,
+    `ranked` and `alone` have the best first; `library` is the number of candidates.
     """
     wanted: dict[frozenset[str], Pair] = {}
     screened = [*_screen_pairs(ranked, base.fitted.residuals), *_add_up_singles(alone, base.fitted.data_residuals)]
@@ -352,22 +190,8 @@ def fit_pairs(
 def refit_each_alone(base: Model, pair: Choice, library: int, work: Work) -> list[Choice]:
     """Fit each effect of a pair alone, from where the pair stands: its own fit may have ended in another minimum.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    pair : Choice
-    library : int
-        Number of candidates.
-    work : apesim.studies.gap.work.Work
+    The best comes first; `library` is the number of candidates.
 
-    Returns
-    -------
-    list of Choice
-        The best first.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
     >>> pair = next(choice for choice in explanation.fits if len(choice.names) == 2)
@@ -381,20 +205,8 @@ def refit_each_alone(base: Model, pair: Choice, library: int, work: Work) -> lis
 def project_beside(sensitivities: Iterable[Sensitivity], model: Model) -> list[Sensitivity]:
     """Sensitivities of the other effects beside a model with effects: what that can imitate is taken off, too.
 
-    Parameters
-    ----------
-    sensitivities : iterable of apesim.studies.gap.search.score_test.Sensitivity
-        Sensitivities at the calibrated machine.
-    model : apesim.studies.estimation.model.Model
-        A model with effects.
+    `sensitivities` are those at the calibrated machine.
 
-    Returns
-    -------
-    list of apesim.studies.gap.search.score_test.Sensitivity
-        Without those of the effects of the model.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
     >>> others = project_beside(explanation.sensitivities, explanation.best)
@@ -438,20 +250,9 @@ def _fit_all(
 def find_limit(base: Model, least: float) -> float:
     """Find the sum of squares above which a model is so far behind the best one that its fit is not sharpened.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    least : float
-        Sum of squares of the best model.
+    It is above `least`, that of the best model, by `NEGLIGIBLE`, or by `NEGLIGIBLE_SHARE` of what that model takes away
+    from the calibrated machine `base`, if this is more.
 
-    Returns
-    -------
-    float
-        It is `NEGLIGIBLE` above the least one, or `NEGLIGIBLE_SHARE` of what the best model takes away.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> calibrated = explain_example().calibrated
     >>> find_limit(calibrated, calibrated.cost - 1000.0) - calibrated.cost

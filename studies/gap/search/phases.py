@@ -37,28 +37,11 @@ CYLINDER_SENSORS = ("cylinder_pressure", "cylinder_temperature", "receiver_press
 
 
 def find_phases(block: Block, marks: dict[str, Any]) -> np.ndarray:
-    """The phase of the stroke or cycle that each sample belongs to.
+    """The phase of the stroke or cycle of each sample, (n,): its place in `PHASES`, -1 for a mean over the cycle.
 
-    Samples of the valve, and of the valve's sensors on an engine, are in dead time, flight, impact or dwell. Pressures
-    and temperature of an engine's cylinder and receiver are in charging, expansion or exhaust.
-
-    Parameters
-    ----------
-    block : apesim.studies.estimation.residuals.Block
-    marks : dict of float
-        Instants that divide the stroke and the cycle [s], see `apesim.studies.measured.prediction.Prediction`.
-
-    Returns
-    -------
-    (n,) int array
-        Place in `PHASES`; -1 for a mean over the cycle.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import find_example_gap
-    >>> block, marks = find_example_gap().calibrated.residuals.blocks[0], find_example_gap().marks[0]
-    >>> [str(PHASES[phase]) for phase in dict.fromkeys(find_phases(block, marks).tolist())]
-    ['dead time', 'opening flight', 'impact', 'dwell', 'closing flight']
+    Samples of the valve, and of the valve's sensors on an engine, are in dead time, flight, impact or dwell; pressures
+    and temperature of an engine's cylinder and receiver are in charging, expansion or exhaust. `marks` are the instants
+    that divide them [s], see `Prediction`.
     """
     times = block.times
     if block.sensor in MEANS:
@@ -104,28 +87,8 @@ def _find_cycle_phases(times: np.ndarray, marks: dict[str, Any], period: float) 
 def find_local_shapes(residuals: WhitenedResiduals, marks: list[dict[str, Any]], space: NuisanceSpace) -> np.ndarray:
     """Shapes of a gap of unknown cause: a constant and a slope of each channel over each phase, alike in all runs.
 
-    Whatever its cause, a gap has some of them. What nuisances can imitate is taken off.
-
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    marks : list of dict
-        Instants that divide each run.
-    space : apesim.studies.estimation.nuisance_space.NuisanceSpace
-
-    Returns
-    -------
-    (n + p, m) float array
-        Columns of `WhitenedResiduals.at` [standard deviations].
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import find_example_gap
-    >>> from apesim.studies.estimation.nuisance_space import find_nuisance_space
-    >>> calibrated, marks = find_example_gap().calibrated, find_example_gap().marks
-    >>> space = find_nuisance_space(calibrated.fitted.jacobian)
-    >>> find_local_shapes(calibrated.residuals, marks, space).shape[1]  # two for each phase of one channel
-    10
+    Whatever its cause, a gap has some of them; what nuisances can imitate is taken off. They are columns (n + p, m) of
+    `WhitenedResiduals.at` [standard deviations]; `marks` divide each run.
     """
     cells = [find_phases(block, marks[block.number]) for block in residuals.blocks]
     columns = []

@@ -8,22 +8,11 @@ from apesim.studies.gap.thresholds import MAX_CORRECTED, MAX_CORRECTION, MAX_EXC
 
 
 def find_implausible(model: Model) -> Reason | None:
-    """The reason for which a fitted model is refused by its own numbers.
+    """The reason for which a fitted model is refused by its own numbers; None: they are plausible.
 
     More than `MAX_CORRECTED` numbers of the machine are pulled beyond `MAX_PULL`, or one beyond `MAX_CORRECTION`, or a
     strength is beyond its range by more than `MAX_EXCESS` standard deviations of its estimate.
 
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-
-    Returns
-    -------
-    apesim.studies.gap.reasons.Reason or None
-        None: its numbers are plausible.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> model = explain_example().best
     >>> find_implausible(model) is None

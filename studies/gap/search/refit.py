@@ -27,38 +27,13 @@ def refit(
     *,
     limit: float = np.inf,
 ) -> Model:
-    """Add candidates to a calibrated model and fit everything anew, from several starts.
+    """Add candidates to a calibrated model and fit everything anew, from several starts; the best of all fits.
 
-    The starts are ranked by what they leave once the nuisances have moved in a linear model; the best `MAX_DESCENTS` of
-    them are followed to their minimum.
-
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        Model whose nuisances, and effects that it has already, start where they are.
-    candidates : sequence of apesim.studies.gap.search.candidates.Candidate
-        Effects to be added.
-    guesses : iterable of sequence of float
-        For each candidate the values x that its score suggests.
-    within : sequence of apesim.studies.estimation.model.Model
-        Fits of the base with some of the candidates: further starts, with the other candidates as guessed.
-    limit : float
-        Sum of squares above which a fit is of no interest, see `descend`.
-
-    Returns
-    -------
-    apesim.studies.estimation.model.Model
-        The best of all fits. Its cost is never above that of the base or of a model within, which it contains: where no
-        start leads below them, it is the best of these with the other candidates off, marked as not converged.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> best = explanation.scores[0]
-    >>> model = refit(explanation.calibrated, [best.sensitivity.probe.candidate], [best.guess])
-    >>> model.names, model.cost < explanation.calibrated.cost
-    (('side_force',), True)
+    The starts, from `guesses` (for each candidate the values x that its score suggests) and from `within` (fits of the
+    base with some of the candidates, the others as guessed), are ranked by what they leave once the nuisances have
+    moved in a linear model; the best `MAX_DESCENTS` are followed to their minimum, up to the sum of squares `limit`,
+    see `descend`. The cost is never above that of the base or of a model within: where no start leads below them, it is
+    the best of these with the other candidates off, marked as not converged.
     """
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
     residuals = base.residuals.with_parameters([*base.residuals.parameters, *freed])
@@ -89,31 +64,9 @@ def refit(
 def probe_large_sizes(base: Model, candidate: Candidate) -> tuple[float, tuple[float, ...], int]:
     """Switch a candidate on by a quarter, half and all of its range, and find which size leaves least of the gap.
 
-    Nothing is fitted but the nuisances, in a linear model. An effect to which the data do not respond in proportion is
-    seen so, where its sensitivity at the base says little.
-
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-    candidate : apesim.studies.gap.search.candidates.Candidate
-
-    Returns
-    -------
-    cost : float
-        Least sum of squares that is left [standard deviations squared]; inf: no simulation comes to its end.
-    x : tuple of float
-        Values of the candidate's parameters there; () where no simulation comes to its end.
-    simulations : int
-        Number of simulations that it took.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> candidate = explanation.scores[0].sensitivity.probe.candidate
-    >>> cost, x, _ = probe_large_sizes(explanation.calibrated, candidate)
-    >>> candidate.name, float(x[0]), cost < explanation.calibrated.cost
-    ('side_force', 0.25, True)
+    Gives the least sum of squares [standard deviations squared], the values x there, and the number of simulations; inf
+    and () where none comes to its end. Nothing is fitted but the nuisances, in a linear model, so an effect is seen to
+    which the data do not respond in proportion, where its sensitivity at the base says little.
     """
     residuals = base.residuals.with_parameters([*base.residuals.parameters, *candidate.parameters])
     jacobian = _pad(base.fitted.jacobian, len(candidate.parameters))
@@ -134,33 +87,8 @@ def probe_large_sizes(base: Model, candidate: Candidate) -> tuple[float, tuple[f
 def refit_one(base: Model, model: Model, number: int, *, limit: float = np.inf) -> Model:
     """Keep one effect of a larger model, and fit it anew from where it stands there.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    model : apesim.studies.estimation.model.Model
-        The calibrated machine with effects added.
-    number : int
-        Place of the candidate that stays among those of the model.
-    limit : float
-        Sum of squares above which a fit is of no interest, see `descend`.
-
-    Returns
-    -------
-    apesim.studies.estimation.model.Model
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        The simulation does not come to its end at the start.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> again = refit_one(explanation.calibrated, explanation.best, 0)
-    >>> again.names, abs(again.cost - explanation.best.cost) < 0.1
-    (('side_force',), True)
+    `number` is the place of the candidate that stays among those of the model; above the sum of squares `limit` a fit
+    is of no interest, see `descend`. Raises EndedEarly where the simulation does not come to its end at the start.
     """
     retained = model.candidates[number]
     residuals = base.residuals.with_parameters([*base.residuals.parameters, *retained.parameters])

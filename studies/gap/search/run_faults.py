@@ -89,22 +89,7 @@ def find_run_faults(measured: Measured) -> list[Candidate]:
 
 
 def list_faults(run: MeasuredRun) -> Iterator[Candidate]:
-    """The faults that the record of one run may have.
-
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-
-    Yields
-    ------
-    apesim.studies.gap.search.candidates.Candidate
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> [fault.name.split(" in ")[0] for fault in list_faults(read_example().runs[0])][:3]
-    ['run_offset of lift', 'run_gain of lift', 'run_time_zero']
-    """
+    """The faults that the record of one run may have."""
     for sensor in (*run.channels, *run.means):
         if sensor not in OFFSETS:
             continue
@@ -139,33 +124,8 @@ def make_fault(
 ) -> Candidate:
     """A fault of one file as a candidate: one number of the machine that is another for this run alone.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    kind : FaultKind
-    key : str
-        Key of the machine that stands for the fault.
-    size : float
-        Size at x = 1, SI; a share where it is relative.
-    farthest : float
-        Largest size of x.
-    ends : (float, float), optional
-        Least and largest x, where they are not ``-farthest`` and ``farthest``.
-    relative : bool
-        Whether the size is a share of what the run states.
-    sensor : str
-        Name of the channel, where the fault is in one.
-
-    Returns
-    -------
-    apesim.studies.gap.search.candidates.Candidate
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> fault = make_fault(read_example().runs[0], FaultKind.TIME_ZERO, "effects.time_zero.time", 2e-3)
-    >>> fault.name, fault.strengths[0].scale, fault.file
-    ('run_time_zero in p30.csv', 0.002, 'p30.csv')
+    The machine's `key` changes by `size` [SI] at x = 1, by a share of what the run states where `relative`. x lies
+    within `ends`, by default from ``-farthest`` to ``farthest``; `sensor` names the channel, where the fault is in one.
     """
     low, high = ends or (-farthest, farthest)
     name = f"{kind}{f' of {sensor}' if sensor else ''} in {run.file}"
@@ -174,43 +134,10 @@ def make_fault(
 
 
 def find_files(candidates: Iterable[Candidate]) -> list[str]:
-    """The files that faults are in, each once.
-
-    Parameters
-    ----------
-    candidates : iterable of apesim.studies.gap.search.candidates.Candidate
-        Effects of the library among them count for no file.
-
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
-    >>> find_files([Candidate("side_force", (), ()), Candidate("run_swap in a.csv", (), (), "a.csv", FaultKind.SWAP)])
-    ['a.csv']
-    """
+    """The files that faults are in, each once; effects of the library among `candidates` count for no file."""
     return list(dict.fromkeys(candidate.file for candidate in candidates if candidate.file))
 
 
 def leave_out(measured: Measured, files: Sequence[str]) -> Measured:
-    """Measured data without the runs of some files.
-
-    Parameters
-    ----------
-    measured : apesim.studies.measured.Measured
-    files : sequence of str
-        See `apesim.studies.measured.MeasuredRun.file`.
-
-    Returns
-    -------
-    apesim.studies.measured.Measured
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> rest = leave_out(read_example(), [read_example().runs[0].file])
-    >>> len(read_example().runs) - len(rest.runs)
-    1
-    """
+    """Measured data without the runs of some files, which are named as in `MeasuredRun.file`."""
     return measured._replace(runs=tuple(run for run in measured.runs if run.file not in files))

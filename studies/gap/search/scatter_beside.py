@@ -27,30 +27,9 @@ def take_scatter_at_best(
 ) -> tuple[CalibratedGap, list[Choice]]:
     """Take the directions of a scatter at the best model with effects, and fit all models anew with them.
 
-    The test for a gap stays as it is: it asks whether the machine without effects explains the data.
-
-    Parameters
-    ----------
-    gap : apesim.studies.gap.search.calibrated_gap.CalibratedGap
-    fits : sequence of apesim.studies.gap.search.model_selection.Choice
-        Models that were fitted.
-    others : sequence of apesim.studies.measured.MeasuredRun
-        Runs that are held out, and scatter as much.
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    gap : CalibratedGap
-        The gap given where runs do not scatter, or where no model with effects is better than the calibrated machine.
-    fits : list of Choice
-        The best first.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example, find_example_gap
-    >>> gap, fits = take_scatter_at_best(find_example_gap(), explain_example().fits, [], Work())
-    >>> gap is find_example_gap()  # no run is repeated
-    True
+    The fits come the best first. The gap is the one given where runs do not scatter, or where no model with effects is
+    better than the calibrated machine; `others` are runs that are held out, and scatter as much. The test for a gap
+    stays as it is: it asks whether the machine without effects explains the data.
     """
     base = gap.calibrated
     best = min((choice for choice in fits if _is_of_rig(choice.model)), key=lambda choice: choice.cost, default=None)
@@ -88,27 +67,12 @@ def _is_of_rig(model: Model) -> bool:
 
 
 def fit_with_scatter(model: Model, scatter: Scatter, limit: float = np.inf) -> Model:
-    """Fit a model anew where what scatters moves the runs in other directions.
+    """Fit a model anew where what scatters moves the runs in other directions; its residuals know a scatter.
 
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-        Its residuals know a scatter.
-    scatter : apesim.studies.estimation.scatter.Scatter
-    limit : float
-        Sum of squares above which a fit is of no interest, see `apesim.studies.estimation.levenberg_marquardt.descend`.
+    A fit whose sum of squares stays above `limit` is of no interest, see
+    `apesim.studies.estimation.levenberg_marquardt.descend`. Raises EndedEarly where a simulation does not come to its
+    end.
 
-    Returns
-    -------
-    apesim.studies.estimation.model.Model
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        A simulation does not come to its end.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> model = explain_example().best
     >>> again = fit_with_scatter(model, Scatter(("supply.pressure",), (0.3,), 1, {}))

@@ -65,31 +65,9 @@ def find_sensitivities(
 ) -> list[Sensitivity]:
     """Find what each candidate would do to the data at a calibrated machine.
 
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-        Its parameters are the nuisances, and the effects that are in the model already.
-    fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
-        Fit of the residuals.
-    candidates : sequence of Candidate
-    work : apesim.studies.gap.work.Work
-    stage : str
-        Name of the stage whose progress is reported.
-
-    Returns
-    -------
-    list of Sensitivity
-        For each candidate one or several, in their order; none where no simulation comes to its end, or where nuisances
-        imitate all of it.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> calibrated = explain_example().calibrated
-    >>> candidate = explain_example().scores[0].sensitivity.probe.candidate
-    >>> (sensitivity, *_) = find_sensitivities(calibrated.residuals, calibrated.fitted, [candidate], Work())
-    >>> sensitivity.probe.candidate.name, 0.0 < sensitivity.retained < 1.0
-    ('side_force', True)
+    For each candidate one or several, in their order; none where no simulation comes to its end, or where nuisances
+    imitate all of it. Parameters of `residuals` are the nuisances, and the effects that are in the model already;
+    `stage` names the progress that is reported.
     """
     probed = work.each(stage, probe_candidate, [(residuals, fitted, candidate) for candidate in candidates])
     work.simulations.add(sum(simulations for _, simulations in probed))
@@ -102,28 +80,7 @@ def probe_candidate(
     """Find what one candidate would do to the data, by probes of which no two are alike.
 
     A probe is left out where its simulation ends early, or where the cosine with one before it is above `MAX_ALIKE`.
-
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
-        Fit of the residuals.
-    candidate : Candidate
-
-    Returns
-    -------
-    sensitivities : list of Sensitivity
-    simulations : int
-        Number of simulations that it took.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> calibrated = explain_example().calibrated
-    >>> candidate = explain_example().scores[0].sensitivity.probe.candidate
-    >>> sensitivities, simulations = probe_candidate(calibrated.residuals, calibrated.fitted, candidate)
-    >>> len(sensitivities) <= len(list(list_probes(candidate))), simulations
-    (True, 6)
+    The int is the number of simulations that it took.
     """
     space = find_nuisance_space(fitted.jacobian)
     sensitivities: list[Sensitivity] = []
@@ -147,22 +104,9 @@ def probe_candidate(
 def project_for_model(sensitivities: Sequence[Sensitivity], fitted: Fitted, added: int) -> list[Sensitivity]:
     """Project sensitivities anew for a larger model: what its effects can imitate is taken off, too.
 
-    Parameters
-    ----------
-    sensitivities : sequence of Sensitivity
-        Sensitivities at the calibrated machine.
-    fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
-        Fit of the larger model.
-    added : int
-        Number of parameters that it has more than the calibrated machine.
+    They come from the calibrated machine; `fitted` is the fit of the larger model, which has `added` parameters more,
+    and ``projected`` gets a row more for each of these.
 
-    Returns
-    -------
-    list of Sensitivity
-        ``projected`` has a row more for each parameter added.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
     >>> before = next(each for each in explanation.sensitivities if each.probe.candidate.name == "side_force")
@@ -178,60 +122,19 @@ def project_for_model(sensitivities: Sequence[Sensitivity], fitted: Fitted, adde
 
 
 def find_cosine(array: np.ndarray, other: np.ndarray) -> float:
-    """Cosine between two arrays, ``a'b / (|a| |b|)``; 0 where one of them is zero.
-
-    Parameters
-    ----------
-    array, other : (n,) float array
-
-    Returns
-    -------
-    float
-
-    Examples
-    --------
-    >>> find_cosine(np.array([1.0, 0.0]), np.array([3.0, 4.0]))
-    0.6
-    """
+    """Cosine between two arrays (n,), ``a'b / (|a| |b|)``; 0 where one of them is zero."""
     size = np.linalg.norm(array) * np.linalg.norm(other)
     return float(array @ other / size) if size > 0.0 else 0.0
 
 
 def find_scores(sensitivities: Sequence[Sensitivity], errors: np.ndarray) -> list[Score]:
-    """Score each candidate by its best probe.
+    """Score each candidate by its best probe; the largest score comes first.
 
-    With the projected change s of the data by a probe, and the whitened residuals e, the score and the size that the
-    gap suggests are::
-
-        score = -s'e / |s|,    size = -s'e / |s|^2
-
-    A negative score counts as 0 where the strength cannot be negative, else by its magnitude. Probes that show no more
-    than the march's own error are left out.
-
-    It is Rao's score test [1]_ of each candidate, with the nuisances projected out.
-
-    Parameters
-    ----------
-    sensitivities : sequence of Sensitivity
-    errors : (n + p,) float array
-        Residuals of the calibrated machine, at its optimum [standard deviations].
-
-    Returns
-    -------
-    list of Score
-        One for each candidate that shows, the largest score first.
-
-    References
-    ----------
-    .. [1] C. R. Rao, "Large sample tests of statistical hypotheses concerning several parameters with applications to
-       problems of estimation", Math. Proc. Camb. Phil. Soc. 44, 1948, pp. 50-57, doi 10.1017/S0305004100023987.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> find_scores(explanation.sensitivities, explanation.calibrated.fitted.residuals)[0].name
-    'side_force'
+    With the projected change s of the data by a probe, and the residuals e of the calibrated machine at its optimum,
+    `errors` (n + p,) [standard deviations], the score is ``-s'e / |s|`` and the size that the gap suggests ``-s'e /
+    |s|^2``. A negative score counts as 0 where the strength cannot be negative, else by its magnitude; probes that show
+    no more than the march's own error are left out. It is Rao's score test (Rao 1948, doi 10.1017/S0305004100023987),
+    with the nuisances projected out.
     """
     best: dict[str, Score] = {}
     for sensitivity in sensitivities:

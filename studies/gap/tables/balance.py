@@ -76,19 +76,8 @@ class Balance(NamedTuple):
 class TableResiduals(WhitenedResiduals):
     """Residuals whose last parameters are the nodes of a table, which have a prior together.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    runs : iterable of apesim.studies.measured.MeasuredRun
-    parameters : sequence of apesim.studies.estimation.parameters.Parameter
-    noise : dict
-        See `apesim.studies.estimation.noise.estimation.noise_of`.
-    root : (q, q) float array
-        Cholesky's root of the nodes' prior covariance, lower triangle.
-    starts : apesim.studies.estimation.starts.Starts, optional
-        Where the runs start from.
-    scatter : apesim.studies.estimation.scatter.Scatter, optional
-        What scatters between runs.
+    `root` (q, q) is Cholesky's root of the nodes' prior covariance, lower triangle; `noise` is that of
+    `apesim.studies.estimation.noise.estimation.noise_of`.
     """
 
     def __init__(
@@ -131,23 +120,7 @@ class TableResiduals(WhitenedResiduals):
     def with_root(self, root: np.ndarray) -> "TableResiduals":
         """These residuals with another prior of the nodes.
 
-        Parameters
-        ----------
-        root : (q, q) float array
-            Cholesky's root of the nodes' prior covariance, lower triangle.
-
-        Returns
-        -------
-        TableResiduals
-
-        Examples
-        --------
-        >>> from apesim.studies.gap.example_bench import explain_example
-        >>> residuals = explain_example().balances[0].residuals
-        >>> wider = residuals.with_root(2.0 * residuals.root)
-        >>> x = np.ones(len(residuals.parameters))
-        >>> bool(np.allclose(wider.pulls(x)[-len(residuals.root) :], 0.5 * residuals.pulls(x)[-len(residuals.root) :]))
-        True
+        `root` (q, q) is Cholesky's root of their prior covariance, lower triangle.
         """
         other = self._derived(self.runs, self.noise, self.starts, None, self.scatter)
         other.root = root
@@ -158,25 +131,7 @@ class TableResiduals(WhitenedResiduals):
 def weigh_balances(base: Model, effects: Iterable[Effect], work: Work) -> list[Balance]:
     """Weigh the tables by what each takes of the gap in a linear model, the most probable first.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    effects : iterable of apesim.effect.Effect
-        The library; what is not tabulated, or on already, is left out.
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    list of Balance
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> from apesim.valve.effects import tabulated_force
-    >>> (balance,) = weigh_balances(explain_example().calibrated, [tabulated_force.EFFECT], Work())
-    >>> balance.name, balance.gain > 0.0
-    ('tabulated_force', True)
+    `base` is the calibrated machine; of the library `effects`, what is not tabulated, or on already, is left out.
     """
     known = base.residuals.machine.effects
     tables = [effect for effect in effects if effect.tabulated and not effect.is_on(getattr(known, effect.name))]
@@ -186,25 +141,7 @@ def weigh_balances(base: Model, effects: Iterable[Effect], work: Work) -> list[B
 
 
 def linearise_table(base: Model, effect: Effect) -> Balance:
-    """Find what a table takes of the gap, by its sensitivities at the calibrated machine.
-
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-    effect : apesim.effect.Effect
-
-    Returns
-    -------
-    Balance
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> from apesim.valve.effects import tabulated_force
-    >>> balance = linearise_table(explain_example().calibrated, tabulated_force.EFFECT)
-    >>> str(balance.balance), balance.fall > balance.price
-    ('force', True)
-    """
+    """Find what a table takes of the gap, by its sensitivities at the calibrated machine `base`."""
     nodes, old = [make_strength(effect, name) for name in effect.strengths], len(base.fitted.x)
     known = base.residuals
     parameters, root = [*known.parameters, *nodes], np.eye(len(nodes))
@@ -223,32 +160,9 @@ def linearise_table(base: Model, effect: Effect) -> Balance:
 def fit_table(base: Model, balance: Balance, min_gain: float = 0.0) -> Balance:
     """Fit a table together with the nuisances, the sizes of its nodes chosen anew where the first fit ends.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    balance : Balance
-        See `linearise_table`.
-    min_gain : float
-        Gain that is of interest: a fit that gains less is not sharpened.
-
-    Returns
-    -------
-    Balance
-        With its ``model``.
-
-    Raises
-    ------
-    EndedEarly
-        The simulation fails where the linear model leads.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> tables = [balance for balance in explain_example().balances if balance.name == "tabulated_force"]
-    >>> balance = fit_table(explain_example().calibrated, tables[0])
-    >>> balance.model.names, balance.gain > 0.0
-    (('tabulated_force',), True)
+    `base` is the calibrated machine, `balance` that of `linearise_table`; it comes back with its ``model``. A fit that
+    gains less than `min_gain` is not sharpened. Raises EndedEarly where the simulation fails where the linear model
+    leads.
     """
     for number in range(MAX_ROUNDS):
         before, balance = balance, _weigh(balance)
@@ -296,42 +210,13 @@ def find_most_probable(
 ) -> tuple[np.ndarray, float, float, float, np.ndarray]:
     """Find the sizes of the nodes, one for each branch, under which residuals are most probable.
 
-    With the columns A of the nodes, the residuals e and the sizes s, ``K = s A'A s`` and ``b = -s A'e``. The nodes then
-    are ``x = (1 + K)^-1 b``, and the sizes are chosen for the largest ``fall - price``::
-
-        fall = x'b,    price = ln det(1 + K),    moved = trace((1 + K)^-1 K)
-
-    It is the evidence of a linear model with a Gaussian prior: the price is MacKay's Occam factor, ``moved`` his number
-    of well determined parameters [1]_.
-
-    Parameters
-    ----------
-    columns : (n, q) float array
-        Sensitivities to nodes of the size 1, independent of each other.
-    errors : (n,) float array
-        Residuals [standard deviations].
-    branches : sequence of str
-        Name of the branch of each node.
-
-    Returns
-    -------
-    sizes : (q,) float array
-    fall, price, moved : float
-        See `Balance`; ``moved`` is its ``nodes``.
-    x : (q,) float array
-        The most probable nodes, over their sizes.
-
-    References
-    ----------
-    .. [1] D. J. C. MacKay, "Bayesian interpolation", Neural Comput. 4, 1992, pp. 415-447,
-       doi 10.1162/neco.1992.4.3.415.
-
-    Examples
-    --------
-    >>> columns = np.array([[10.0], [0.0]])
-    >>> sizes, fall, price, moved, x = find_most_probable(columns, np.array([-5.0, 1.0]), ["a"])
-    >>> round(float(sizes[0] * x[0]), 2), round(fall, 1), round(price, 1), round(moved, 2)
-    (0.48, 24.2, 3.5, 0.97)
+    With the columns A (n, q) of the nodes, sensitivities to independent nodes of the size 1, the residuals e (n,)
+    [standard deviations] and the sizes s, ``K = s A'A s`` and ``b = -s A'e``. The most probable nodes, over their
+    sizes, then are ``x = (1 + K)^-1 b``, and the sizes are chosen for the largest ``fall - price``, with ``fall =
+    x'b``, ``price = ln det(1 + K)`` and ``moved = trace((1 + K)^-1 K)``. It is the evidence of a linear model with a
+    Gaussian prior: the price is MacKay's Occam factor, ``moved`` his number of well determined parameters (MacKay 1992,
+    doi 10.1162/neco.1992.4.3.415). `branches` names the branch of each node; returned are sizes (q,), fall, price,
+    moved and x (q,).
     """
     normal, seen, branch_of_node = columns.T @ columns, -columns.T @ errors, np.array(branches)
 
@@ -357,27 +242,11 @@ def find_most_probable(
 
 
 def correlate_nodes(branches: Sequence[str], share: float) -> np.ndarray:
-    """Correlate the nodes of a table by their prior, before anything is measured.
+    """Correlate the nodes of a table by their prior (q, q), before anything is measured.
 
     Those of one branch have a share of their variance in common, a constant and a slope, so that a trend goes on where
-    nothing was measured; what differs from it fades with their distance.
-
-    Parameters
-    ----------
-    branches : sequence of str
-        Name of the branch of each node.
-    share : float
-        Share of a node's variance that it has in common with its branch, at the ends.
-
-    Returns
-    -------
-    (q, q) float array
-        Correlations; 1 for a node with itself, at the ends of a branch.
-
-    Examples
-    --------
-    >>> correlate_nodes(["a", "a", "b"], 0.9).round(2).tolist()
-    [[1.0, 0.06, 0.0], [0.06, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    nothing was measured; what differs from it fades with their distance. `share` holds at the ends of a branch, where
+    the diagonal is 1; `branches` names the branch of each node.
     """
     names, rank = np.array(branches), np.arange(len(branches))
     along = np.concatenate([np.linspace(-1.0, 1.0, list(branches).count(name)) for name in dict.fromkeys(branches)])

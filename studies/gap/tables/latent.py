@@ -115,26 +115,7 @@ class Branch(NamedTuple):
 
 
 def find_branches(model: Model) -> list[Branch]:
-    """Find the branches of a fitted table that moved.
-
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-        With the table as its last candidate.
-
-    Returns
-    -------
-    list of Branch
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> from apesim.studies.gap.tables.balance import fit_table
-    >>> table = next(each for each in explain_example().balances if each.name == "tabulated_force")
-    >>> branches = find_branches(fit_table(explain_example().calibrated, table).model)
-    >>> [branch.quantity for branch in branches]
-    ['force to closed [N]']
-    """
+    """Find the branches of a fitted table that moved; the table is the last candidate of `model`."""
     candidate = model.candidates[-1]
     effect = getattr(model.machine().effects, candidate.name)
     spread = np.sqrt(np.diag(model.fitted.covariance))[-len(candidate.strengths) :]

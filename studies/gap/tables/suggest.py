@@ -51,35 +51,10 @@ Form = tuple[str, np.ndarray, dict[str, tuple[str, np.ndarray]]]
 def fit_sparse(target: np.ndarray, terms: Mapping[str, np.ndarray]) -> tuple[dict[str, float], float]:
     """Fit few terms to a quantity by least squares: the term that is missed least is dropped, again and again.
 
-    It ends before the share `MAX_LOST` of the quantity's energy would be lost against the fit of all terms.
-
-    It is sparse identification [1]_ by elimination of terms, in place of a threshold.
-
-    Parameters
-    ----------
-    target : (n,) float array
-        The quantity.
-    terms : mapping of (n,) float array
-        Values of each term, by name.
-
-    Returns
-    -------
-    weights : dict
-        By name, of the terms that stay.
-    explained : float
-        Share of the quantity's energy that they explain.
-
-    References
-    ----------
-    .. [1] S. L. Brunton, J. L. Proctor and J. N. Kutz, "Discovering governing equations from data by sparse
-       identification of nonlinear dynamical systems", PNAS 113, 2016, pp. 3932-3937, doi 10.1073/pnas.1517384113.
-
-    Examples
-    --------
-    >>> x = np.array([-2.0, -1.0, 1.0, 2.0])
-    >>> weights, explained = fit_sparse(3.0 * x, {"x": x, "x^2": x**2})
-    >>> {name: round(float(weight), 6) for name, weight in weights.items()}, round(explained, 6)
-    ({'x': 3.0}, 1.0)
+    It ends before the share `MAX_LOST` of the energy of `target` (n,) would be lost against the fit of all terms.
+    Returned are the weights of the terms that stay, by name, and the share of the energy that they explain. It is
+    sparse identification (Brunton, Proctor and Kutz 2016, doi 10.1073/pnas.1517384113) by elimination of terms, in
+    place of a threshold.
     """
 
     def fit(names: list[str]) -> tuple[float, dict[str, float]]:
@@ -100,20 +75,10 @@ def fit_sparse(target: np.ndarray, terms: Mapping[str, np.ndarray]) -> tuple[dic
 
 
 def suggest_form(model: Model) -> str:
-    """Suggest the form of a law that a fitted table looks like.
+    """Suggest the form of a law that a fitted table looks like; the table is the last candidate of `model`.
 
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-        With the table as its last candidate.
+    There is one form for each quantity that the table changes; "" where there is none.
 
-    Returns
-    -------
-    str
-        One form for each quantity that the table changes; "" where there is none.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> from apesim.studies.gap.tables.balance import fit_table
     >>> table = next(each for each in explain_example().balances if each.name == "tabulated_force")

@@ -43,13 +43,7 @@ class Tabulated(NamedTuple):
 class Tables:
     """All tables, each fitted through the simulator when it is first asked for.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    ranked : sequence of Balance
-        See `apesim.studies.gap.tables.balance.weigh_balances`.
-    work : apesim.studies.gap.work.Work
+    `base` is the calibrated machine, `ranked` what `apesim.studies.gap.tables.balance.weigh_balances` gives.
     """
 
     def __init__(self, base: Model, ranked: Sequence[Balance], work: Work) -> None:
@@ -57,26 +51,9 @@ class Tables:
         self._fitted: dict[str, Balance | None] = {}
 
     def fit(self, max_tables: int, min_gain: float = 0.0) -> list[Balance]:
-        """Fit the best tables through the simulator.
+        """Fit the best tables through the simulator, `max_tables` of them by a linear model.
 
-        Parameters
-        ----------
-        max_tables : int
-            Number of tables, the best by a linear model.
-        min_gain : float
-            Gain above which a table counts.
-
-        Returns
-        -------
-        list of Balance
-            Without those that gain less when fitted, or whose simulation ends early.
-
-        Examples
-        --------
-        >>> from apesim.studies.gap.example_bench import explain_example
-        >>> tables = Tables(explain_example().calibrated, explain_example().balances, Work())
-        >>> [balance.gain > 10.0 for balance in tables.fit(1, min_gain=10.0)]
-        [True]
+        Those that gain less than `min_gain` when fitted, or whose simulation ends early, are left out.
         """
         wanted = [balance for balance in self.ranked[:max_tables] if balance.gain > min_gain]
         new = [balance for balance in wanted if balance.name not in self._fitted]
@@ -93,26 +70,8 @@ class Tables:
 def tabulate(tables: Tables, measured: Measured, noise: dict[str, Any]) -> Tabulated | None:
     """Fit the likeliest tables, and judge the best of them by runs that it was not fitted to.
 
-    Parameters
-    ----------
-    tables : Tables
-    measured : apesim.studies.measured.Measured
-    noise : dict
-        See `apesim.studies.estimation.noise.estimation.noise_of`.
-
-    Returns
-    -------
-    Tabulated or None
-        None: no table makes the data more probable.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> tables = Tables(explanation.calibrated, explanation.balances[:1], Work())
-    >>> tabulated = tabulate(tables, explanation.measured, explanation.noise)
-    >>> tabulated.model.names == (explanation.balances[0].name,)
-    True
+    None: no table makes the data more probable. `noise` is that of
+    `apesim.studies.estimation.noise.estimation.noise_of`.
     """
     fits = tables.fit(MAX_FITTED)
     if not fits:
@@ -136,28 +95,8 @@ def tabulate(tables: Tables, measured: Measured, noise: dict[str, Any]) -> Tabul
 def find_likelier_table(tables: Tables, model: Model, library: int) -> Balance | None:
     """Find a table, without a name, that makes the data more probable than an explanation that has one.
 
-    A table is one unknown effect, and pays as much for being there as a name does.
-
-    Parameters
-    ----------
-    tables : Tables
-    model : apesim.studies.estimation.model.Model
-        The explanation.
-    library : int
-        Number of candidates.
-
-    Returns
-    -------
-    Balance or None
-        None: the explanation is as probable.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> tables = Tables(explanation.calibrated, explanation.balances[:1], Work())
-    >>> find_likelier_table(tables, explanation.best, library=3) is None
-    True
+    A table is one unknown effect, and pays as much for being there as a name does, among `library` candidates. None:
+    the explanation, `model`, is as probable.
     """
     gain = tables.base.fitted.cost - model.fitted.cost - find_penalty(model, library)
     min_gain = gain + find_term_penalty(library) + TABLE_MARGIN

@@ -26,27 +26,12 @@ from apesim.studies.measured.runs import MeasuredRun
 
 
 def check_cylinder_run(machine: Machine, run: MeasuredRun, number: int) -> tuple[list[Finding], Expected]:
-    """Check a way to and fro of a cylinder against the machine.
+    """Check a way to and fro of a cylinder against the machine, and give what the machine shows of it as stated.
 
     The pressure is given, and is compared with the supply that is stated. The force is compared with that of the
     pressure: the mean of both directions, in which friction cancels, and their difference, which friction makes
-    positive.
+    positive. `number` is that of the run in the folder, from 0.
 
-    Parameters
-    ----------
-    machine : Machine
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-        Its number in the folder, from 0.
-
-    Returns
-    -------
-    findings : list of Finding
-    expected : Expected
-        What the machine shows of the run as it is stated.
-
-    Examples
-    --------
     A stroke that falls where the drive pushes the piston against the pressure, with a friction of 5 N:
 
     >>> times, velocity = np.arange(40.0), np.repeat([0.01, -0.01], 20)
@@ -65,22 +50,7 @@ def check_cylinder_run(machine: Machine, run: MeasuredRun, number: int) -> tuple
 
 
 def drop_repeated(findings: Sequence[Finding]) -> list[Finding]:
-    """Keep the first finding of each check and channel of a file: the ways of a record are repeats of each other.
-
-    Parameters
-    ----------
-    findings : sequence of Finding
-
-    Returns
-    -------
-    list of Finding
-
-    Examples
-    --------
-    >>> finding = Finding(Kind.WARNING, Check.SPIKES, "a.csv", "force", "a spike", "", "look at it", 0)
-    >>> len(drop_repeated([finding, finding._replace(run=1), finding._replace(file="b.csv", run=2)]))
-    2
-    """
+    """Keep the first finding of each check and channel of a file: the ways of a record are repeats of each other."""
     first = {(one.kind, one.check, one.file, one.channel): one for one in reversed(findings)}
     return [
         finding for finding in findings if finding is first[finding.kind, finding.check, finding.file, finding.channel]

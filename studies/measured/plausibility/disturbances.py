@@ -39,26 +39,11 @@ MAX_STILL = 0.15
 def mask_disturbances(
     columns: Mapping[str, np.ndarray], axis: str, channels: Mapping[str, object]
 ) -> tuple[dict[str, np.ndarray], list[Masked]]:
-    """Mask the samples of a record that a disturbance made, where they are few.
+    """Mask the samples of a record that a disturbance made, where they are few, by NaN.
 
-    Parameters
-    ----------
-    columns : mapping of (n,) float array
-        Columns of a record [SI], NaN where a cell has no number.
-    axis : {"time", "crank_angle"}
-        Name of the column that rises.
-    channels : mapping of str
-        Names of the columns that are sensors' traces.
+    `columns` (n,) are [SI], NaN where a cell has no number; `axis`, "time" or "crank_angle", is the one that rises, and
+    `channels` are those that are sensors' traces. What was masked is told as of run 0.
 
-    Returns
-    -------
-    columns : dict of (n,) float array
-        NaN where a sample is masked, too.
-    masked : list of Masked
-        What was masked, of run 0.
-
-    Examples
-    --------
     >>> times = np.arange(200) * 1e-4
     >>> lift = np.random.default_rng(1).normal(0.0, 1e-5, 200)
     >>> lift[100] = 30e-3
@@ -88,44 +73,18 @@ def mask_disturbances(
 
 
 def find_impossible(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
-    """Find the samples that lie at limits, or beyond them, which nothing can reach.
+    """Find the samples (n,) that lie at limits, or beyond them, which nothing can reach; never a NaN.
 
-    Parameters
-    ----------
-    values : (n,) float array
-        NaN where a sample is missing.
-    limits : (low, high)
-        In the unit of the values.
-
-    Returns
-    -------
-    (n,) bool array
-
-    Examples
-    --------
-    >>> find_impossible(np.array([1e5, -1e3, np.nan, 1e40]), (0.0, 1e7)).tolist()
-    [False, True, False, True]
+    `limits` are low and high, in the unit of the values.
     """
     low, high = limits
     return (values <= low) | (values >= high)  # NaN: neither
 
 
 def find_code_limits(channel: str) -> tuple[float, float]:
-    """Find the limits beyond which a number of a channel is a code of its recorder, whatever the machine.
+    """Find the limits [SI] beyond which a number of a channel is a code of its recorder, whatever the machine.
 
-    Parameters
-    ----------
-    channel : str
-
-    Returns
-    -------
-    low, high : float
-        [SI]; infinite for a channel that has none.
-
-    Examples
-    --------
-    >>> find_code_limits("lift")
-    (-1000.0, 1000.0)
+    They are infinite for a channel that has none.
     """
     return next((limits for part, limits in CODES.items() if part in channel), (-np.inf, np.inf))
 
@@ -133,31 +92,11 @@ def find_code_limits(channel: str) -> tuple[float, float]:
 def find_disturbances(
     places: np.ndarray, values: np.ndarray, axis: str, noise: float = 0.0
 ) -> Iterator[tuple[Disturbance, np.ndarray]]:
-    """Find the samples of a channel that a disturbance made.
+    """Find the samples of a channel that a disturbance made: its kind, and flags (n,) that are not all False.
 
-    Parameters
-    ----------
-    places : (n,) float array
-        Times [s] or crank angles [rad], ascending.
-    values : (n,) float array
-        NaN where a sample is missing.
-    axis : {"time", "crank_angle"}
-    noise : float
-        Standard deviation of the noise that is known [SI]; the greater of it and that of the record counts.
-
-    Yields
-    ------
-    disturbance : Disturbance
-    flags : (n,) bool array
-        Samples that it made, not empty.
-
-    Examples
-    --------
-    >>> rng = np.random.default_rng(1)
-    >>> values = np.sin(np.linspace(0.0, 3.0, 200)) + rng.normal(0.0, 1e-2, 200)
-    >>> values[50:60] = values[50]
-    >>> [(str(kind), int(flags.sum())) for kind, flags in find_disturbances(np.arange(200) * 1e-4, values, "time")]
-    [('stuck', 10)]
+    `places` (n,) are times [s] or crank angles [rad], ascending, by `axis`, "time" or "crank_angle"; `values` (n,) are
+    NaN where a sample is missing. `noise` is the standard deviation that is known [SI]; the greater of it and that of
+    the record counts.
     """
     known = np.isfinite(values)
     sampled = places[known] if 2 * known.sum() < len(values) else places  # of a slow sampler, its own
@@ -175,22 +114,8 @@ def find_disturbances(
 def is_short(places: np.ndarray, flags: np.ndarray, axis: str) -> bool:
     """Whether samples are so few, and their stretches so short, that they can be masked.
 
-    Parameters
-    ----------
-    places : (n,) float array
-        Times [s] or crank angles [rad], ascending.
-    flags : (n,) bool array
-    axis : {"time", "crank_angle"}
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> times = np.arange(200) * 1e-3
-    >>> is_short(times, times < 2.5e-3, "time"), is_short(times, times < 5.5e-3, "time")
-    (True, False)
+    `places` (n,) are times [s] or crank angles [rad], ascending, by `axis`, "time" or "crank_angle"; `flags` (n,) mark
+    the samples.
     """
     longest = max((places[end - 1] - places[first] for first, end in find_runs(flags)), default=0.0)
     return bool(np.mean(flags) <= MAX_MASKED and longest <= MAX_STRETCH[axis])
@@ -199,24 +124,11 @@ def is_short(places: np.ndarray, flags: np.ndarray, axis: str) -> bool:
 def find_spikes(values: np.ndarray, noise: float, *, is_fine: bool = False) -> np.ndarray:
     """Find single samples, or pairs of them, that lie far from those on both sides.
 
-    Far is `MIN_SPIKE_NOISES` of the noise and `MIN_SPIKE_SHARE` of the span; for single samples of a fine record
-    `MIN_SINGLE_SHARE` of it is enough, as nothing true is as short as one of them.
+    `values` (n,) are NaN where a sample is missing. Far is `MIN_SPIKE_NOISES` of the noise, a standard deviation in the
+    unit of the values, and `MIN_SPIKE_SHARE` of the span; for single samples of a fine record `MIN_SINGLE_SHARE` of it
+    is enough, as nothing true is as short as one of them. A record is fine where its samples are at most `MAX_FINE`
+    apart, and have noise.
 
-    Parameters
-    ----------
-    values : (n,) float array
-        NaN where a sample is missing.
-    noise : float
-        Standard deviation of its noise.
-    is_fine : bool
-        Whether its samples are at most `MAX_FINE` apart, and have noise.
-
-    Returns
-    -------
-    (n,) bool array
-
-    Examples
-    --------
     >>> find_spikes(np.array([0.0, 0.0, 0.0, 0.0, 9.0, 0.0, 0.0, 0.0, 1.0, 1.0]), 0.0).nonzero()[0].tolist()
     [4]
     """
@@ -236,22 +148,11 @@ def find_spikes(values: np.ndarray, noise: float, *, is_fine: bool = False) -> n
 
 
 def has_noise(values: np.ndarray, is_left_out: np.ndarray) -> bool:
-    """Whether a record has noise: in its stillest windows there is some, and no value repeated.
+    """Whether a record (n,) has noise: in its stillest windows there is some, and no value repeated.
 
-    A record without noise, or in steps coarser than its noise, has windows without any, or repeats its values there.
+    A record without noise, or in steps coarser than its noise, has windows without any, or repeats its values there. No
+    window holds samples that are left out.
 
-    Parameters
-    ----------
-    values : (n,) float array
-    is_left_out : (n,) bool array
-        Samples that no window holds.
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
     >>> noise = np.random.default_rng(1).normal(size=80)
     >>> has_noise(noise, np.zeros(80, bool)), has_noise(np.round(noise), np.zeros(80, bool))
     (True, False)
@@ -269,21 +170,7 @@ def has_noise(values: np.ndarray, is_left_out: np.ndarray) -> bool:
 
 
 def find_runs(flags: np.ndarray) -> list[tuple[int, int]]:
-    """Stretches in which flags are set.
-
-    Parameters
-    ----------
-    flags : (n,) bool array
-
-    Returns
-    -------
-    list of (first, behind the last)
-
-    Examples
-    --------
-    >>> find_runs(np.array([False, True, True, False, True]))
-    [(1, 3), (4, 5)]
-    """
+    """Stretches in which flags (n,) are set, each as the first index and the one behind the last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
     return [(int(first), int(end)) for first, end in zip(edges[::2], edges[1::2], strict=True)]
 

@@ -55,23 +55,10 @@ ANGLED = ("cylinder_pressure", "lift", "pressure_a", "pressure_b")
 
 
 def check_engine_run(machine: Machine, run: MeasuredRun, number: int) -> tuple[list[Finding], Expected | None]:
-    """Check a run of the engine's bench against the machine.
+    """Check a run of the engine's bench against the machine, and give what the machine shows of it.
 
-    Parameters
-    ----------
-    machine : Machine
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-        Its number in the folder, from 0.
+    `number` is that of the run in the folder, from 0; Expected is None where it could not be simulated.
 
-    Returns
-    -------
-    findings : list of Finding
-    expected : Expected or None
-        What the machine shows of the run; None: it could not be simulated.
-
-    Examples
-    --------
     >>> run = MeasuredRun(
     ...     "n600", "", 1.1e6, 287.0, float("nan"), "fit", np.zeros(0), {}, bench="engine", speed=20.0 * pi,
     ...     energise=-0.1, release=1.2, means={"air_flow": 2.7})
@@ -86,22 +73,8 @@ def check_engine_run(machine: Machine, run: MeasuredRun, number: int) -> tuple[l
 
 
 def check_crank_angle(run: MeasuredRun, number: int, expected: Expected) -> tuple[Finding | None, float]:
-    """Check where top dead centre is.
+    """Check where top dead centre is; also gives by how much the angles are too large [rad], 0 without a finding.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    expected : Expected
-
-    Returns
-    -------
-    finding : Finding or None
-    error : float
-        By how much the angles are too large [rad]; 0 without a finding.
-
-    Examples
-    --------
     >>> angles = np.radians(np.arange(360.0))
     >>> pressure = np.exp(3.0 * np.cos(angles) + np.sin(2.0 * angles))
     >>> run = MeasuredRun("n600", "n600.csv", 1.1e6, 287.0, float("nan"), "fit", angles,
@@ -132,19 +105,6 @@ def check_crank_angle(run: MeasuredRun, number: int, expected: Expected) -> tupl
 def check_torque(machine: Machine, run: MeasuredRun, number: int, expected: Expected) -> Finding | None:
     """Check sign and unit of a mean torque.
 
-    Parameters
-    ----------
-    machine : Machine
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    expected : Expected
-
-    Returns
-    -------
-    Finding or None
-
-    Examples
-    --------
     >>> run = MeasuredRun("n600", "", 1.1e6, 287.0, float("nan"), "fit", np.zeros(0), {}, bench="engine",
     ...     means={"torque": -31.0})
     >>> check_torque(Machine(), run, 0, Expected(np.zeros(0), {}, {"torque": 32.0}, True)).reason
@@ -173,25 +133,7 @@ def check_torque(machine: Machine, run: MeasuredRun, number: int, expected: Expe
 
 
 def check_air_flow(run: MeasuredRun, number: int, expected: Expected) -> Finding | None:
-    """Check sign and unit of a mean flow of air.
-
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    expected : Expected
-
-    Returns
-    -------
-    Finding or None
-
-    Examples
-    --------
-    >>> run = MeasuredRun("n600", "", 1.1e6, 287.0, float("nan"), "fit", np.zeros(0), {}, bench="engine",
-    ...     means={"air_flow": 0.72})
-    >>> check_air_flow(run, 0, Expected(np.zeros(0), {}, {"air_flow": 12e-3}, True)).reason
-    'per minute called per second?'
-    """
+    """Check sign and unit of a mean flow of air."""
     flow, machine_flow = run.means["air_flow"], expected.means["air_flow"]
     if machine_flow <= 0.0:
         return None

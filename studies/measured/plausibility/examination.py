@@ -48,21 +48,7 @@ class Examination(NamedTuple):
     """What the machine shows of each run as it is stated; None: it could not be simulated."""
 
     def select(self, kind: Kind) -> list[Finding]:
-        """Findings of one kind.
-
-        Parameters
-        ----------
-        kind : Kind
-
-        Returns
-        -------
-        list of Finding
-
-        Examples
-        --------
-        >>> Examination([], []).select(Kind.FAULT)
-        []
-        """
+        """Findings of one kind."""
         return [finding for finding in self.findings if finding.kind == kind]
 
 
@@ -71,23 +57,8 @@ def examine(
 ) -> Examination:
     """Check whether measured data can be what they are said to be.
 
-    Parameters
-    ----------
-    machine : Machine or None
-        None: the records are checked by themselves alone.
-    measured : apesim.studies.measured.Measured
-    report : callable, optional
-        Called with the name of the stage, the runs that are checked and all runs.
-
-    Returns
-    -------
-    Examination
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> examine(Machine(), read_example()).findings
-    []
+    Without a machine, None, the records are checked by themselves alone. `report` is called with the name of the stage,
+    the runs that are checked and all runs.
     """
     findings: list[Finding] = []
     expected: list[Expected | None] = []
@@ -140,31 +111,10 @@ def _drop_followers(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def refuse_faults(machine: Machine | None, measured: Measured, free: Collection[str] = ()) -> list[str]:
-    """Refuse data that cannot be what they are said to be, and pass on what may be wrong.
+    """Refuse data that cannot be what they are said to be, and pass on what may be wrong, as warnings of one line.
 
-    Parameters
-    ----------
-    machine : Machine or None
-        None: the records are checked by themselves alone.
-    measured : apesim.studies.measured.Measured
-    free : collection of str
-        Keys of the machine that are to be fitted: what they would explain refuses nothing, and is a warning.
-
-    Returns
-    -------
-    list of str
-        Warnings, one line each.
-
-    Raises
-    ------
-    InputError
-        With every fault.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> refuse_faults(Machine(), read_example())
-    []
+    Without a machine, None, the records are checked by themselves alone. `free` are keys of the machine that are to be
+    fitted: what they would explain refuses nothing, and is a warning. Raises InputError with every fault.
     """
     examination = examine(machine, measured)
     fitted = {check for key in free for check in EXPLAINED_BY.get(key, ())}

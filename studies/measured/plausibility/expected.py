@@ -26,26 +26,10 @@ class Expected(NamedTuple):
     is_engine: bool
 
     def at(self, channel: str, run: MeasuredRun, shift: float = 0.0) -> np.ndarray:
-        """Values of a channel at those samples of a run at which it is known.
+        """Values of a channel (n,) [SI] at those samples of a run at which it is known.
 
-        Parameters
-        ----------
-        channel : str
-        run : apesim.studies.measured.MeasuredRun
-        shift : float
-            Time [s], or angle [rad], by which the machine is moved to later ones.
-
-        Returns
-        -------
-        (n,) float array
-            [SI], NaN where the run has the channel, and a sample of it is missing.
-
-        Examples
-        --------
-        >>> run = MeasuredRun("a", "", 0.5e6, 287.0, 5e-3, "fit", np.array([0.0, 1.0]), {})
-        >>> expected = Expected(np.arange(3.0), {"lift": np.arange(3.0)}, {}, False)
-        >>> expected.at("lift", run, shift=-1.0).tolist()
-        [1.0, 2.0]
+        `shift` is the time [s], or angle [rad], by which the machine is moved to later ones. NaN where the run has the
+        channel, and a sample of it is missing.
         """
         if self.is_engine:
             values = np.interp((run.angles - shift) % TURN, self.places, self.channels[channel], period=TURN)
@@ -55,26 +39,7 @@ class Expected(NamedTuple):
 
 
 def expect(machine: Machine, run: MeasuredRun) -> Expected | None:
-    """Simulate a measured run, from its first sample to beyond its last.
-
-    Parameters
-    ----------
-    machine : Machine
-    run : apesim.studies.measured.MeasuredRun
-
-    Returns
-    -------
-    Expected or None
-        None: the machine could not be simulated.
-
-    Examples
-    --------
-    >>> times = np.arange(0.0, 60e-3, 1e-3)
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 30e-3, "fit", times, {"lift": 0.0 * times})
-    >>> expected = expect(Machine(), run)
-    >>> float(round(1e3 * expected.at("lift", run).max(), 2))
-    9.0
-    """
+    """Simulate a measured run, from its first sample to beyond its last; None: the machine could not be simulated."""
     if run.bench == ENGINE:
         places = np.arange(POINTS) * (TURN / POINTS)
         asked = run._replace(times=(places - run.energise) / run.speed, angles=places)

@@ -84,23 +84,7 @@ class Finding(NamedTuple):
         return str(self.to_fault(""))
 
     def to_fault(self, folder: str) -> Fault:
-        """Make the fault of the input that refuses the data.
-
-        Parameters
-        ----------
-        folder : str
-            Folder of the data; "" leaves it out.
-
-        Returns
-        -------
-        apesim.quantities.Fault
-
-        Examples
-        --------
-        >>> finding = Finding(Kind.FAULT, Check.STILL, "p040.csv", "lift", "never changes", "unplugged?", "plug it in")
-        >>> print(finding.to_fault("measured"))
-        measured/p040.csv: lift: never changes (unplugged?); plug it in
-        """
+        """Make the fault of the input that refuses the data; the folder "" is left out."""
         reason = f" ({self.reason})" if self.reason else ""
         return Fault(f"{folder}/{self.file}" if folder else self.file, self.channel, self.seen + reason, self.right)
 
@@ -108,20 +92,7 @@ class Finding(NamedTuple):
 def group_findings(findings: Sequence[Finding]) -> list[tuple[Finding, int]]:
     """Group findings that say the same of several files, as a folder of many runs often has one reason.
 
-    Parameters
-    ----------
-    findings : sequence of Finding
-
-    Returns
-    -------
-    list of (Finding, int)
-        The first of each group, and the number of further ones.
-
-    Examples
-    --------
-    >>> first = Finding(Kind.FAULT, Check.STILL, "p040.csv", "lift", "stays at 1 mm", "unplugged?", "plug it in", 0)
-    >>> [(finding.file, more) for finding, more in group_findings([first, first._replace(file="p049.csv", run=1)])]
-    [('p040.csv', 1)]
+    Each group is given by its first finding and the number of further ones.
     """
     groups: dict[tuple[str, ...], list[Finding]] = {}
     for finding in findings:
@@ -134,21 +105,7 @@ def group_findings(findings: Sequence[Finding]) -> list[tuple[Finding, int]]:
 def show(bench: Bench, channel: str, *values: float) -> str:
     """Values of a channel in words, in the unit that the channel is usually given in.
 
-    Parameters
-    ----------
-    bench : apesim.studies.measured.Bench
-    channel : str
-    *values : float
-        One value, or the two ends of a range [SI]; ends that look alike are written once.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> show(Bench.VALVE, "pressure_a", 101.3e3, 501.3e3), show(Bench.VALVE, "lift", 9e-3)
-    ('101.3 to 501.3 kPa abs', '9 mm')
+    `values` are one value, or the two ends of a range [SI]; ends that look alike are written once.
     """
     sensors = SENSORS[bench]
     declared = (sensors.traces | sensors.means)[channel].unit

@@ -14,16 +14,6 @@ from apesim.studies.measured.sensors import FILE
 def check_folder(measured: Measured) -> Iterator[Finding]:
     """Check whether two columns hold the same data, and whether a channel is there in some runs alone.
 
-    Parameters
-    ----------
-    measured : apesim.studies.measured.Measured
-
-    Yields
-    ------
-    Finding
-
-    Examples
-    --------
     >>> times, lift = np.arange(9) * 1e-3, np.arange(9) * 1e-3
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": lift})
     >>> measured = Measured("measured", {}, (run, run._replace(data="p049.csv")))
@@ -52,17 +42,6 @@ def escalate_still(findings: Sequence[Finding], measured: Measured) -> list[Find
 
     One run in which the piston stays where it is may be real; a sensor that shows no motion in any run is of no use.
 
-    Parameters
-    ----------
-    findings : sequence of Finding
-    measured : apesim.studies.measured.Measured
-
-    Returns
-    -------
-    list of Finding
-
-    Examples
-    --------
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", np.zeros(9), {"lift": np.zeros(9)})
     >>> still = Finding(Kind.WARNING, Check.STILL, "p040.csv", "lift", "stays", "", "plug it in", 0)
     >>> [str(finding.kind) for finding in escalate_still([still], Measured("measured", {}, (run,)))]
@@ -83,17 +62,6 @@ def escalate_crank_angle(findings: Sequence[Finding], measured: Measured) -> lis
     The sensor of the crank angle is one for all runs. What the machine lacks turns the course of the pressure, too, but
     not by as much at each speed and pressure.
 
-    Parameters
-    ----------
-    findings : sequence of Finding
-    measured : apesim.studies.measured.Measured
-
-    Returns
-    -------
-    list of Finding
-
-    Examples
-    --------
     >>> angles = np.radians(np.arange(360.0))
     >>> run = MeasuredRun("n600", "n600.csv", 1.1e6, 287.0, float("nan"), "fit", angles,
     ...     {"cylinder_pressure": np.zeros(360)}, bench="engine", angles=angles)

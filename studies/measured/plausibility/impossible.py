@@ -42,24 +42,7 @@ was thinned a mean holds a part of the block."""
 def mask_impossible(machine: Machine, measured: Measured) -> Measured:
     """Mask the samples that the machine rules out, where they are few; what is much is left for the checks to refuse.
 
-    Parameters
-    ----------
-    machine : Machine
-    measured : apesim.studies.measured.Measured
-
-    Returns
-    -------
-    apesim.studies.measured.Measured
-        The same one where nothing is to be masked.
-
-    Examples
-    --------
-    >>> times, lift = np.arange(400) * 1e-4, np.full(400, 1e-5)
-    >>> lift[100:105] = -1e-3
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": lift})
-    >>> masked = mask_impossible(Machine(), Measured("measured", {}, (run,)))
-    >>> int(np.isnan(masked.runs[0].channels["lift"]).sum()), masked.masked[0].values.round(5).tolist()
-    (7, [-0.001, -0.001, -0.001, -0.001, -0.001])
+    The data come back as the same object where nothing is to be masked.
     """
     runs = list(measured.runs)
     masked = [_name_impossible(machine, each, measured.runs[each.run]) for each in measured.masked]
@@ -82,23 +65,10 @@ def mask_impossible(machine: Machine, measured: Measured) -> Measured:
 
 
 def find_flags(machine: Machine, run: MeasuredRun, *, spares_spikes: bool = False) -> Iterator[tuple[str, np.ndarray]]:
-    """Find the samples of each channel of a run that the machine rules out.
+    """Find the samples of each channel of a run that the machine rules out, by flags (n,) that are not all False.
 
-    Parameters
-    ----------
-    machine : Machine
-    run : apesim.studies.measured.MeasuredRun
-    spares_spikes : bool
-        Whether spikes are left to be called so; else they are where they are too many to be masked.
+    `spares_spikes`: spikes are left to be called so; else they are where they are too many to be masked.
 
-    Yields
-    ------
-    channel : str
-    flags : (n,) bool array
-        Not empty.
-
-    Examples
-    --------
     >>> times, pressure = np.arange(40) * 1e-4, np.full(40, 0.5e6)
     >>> pressure[[3, 4, 5]] = -1e3
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"pressure_a": pressure})
@@ -120,25 +90,8 @@ def find_flags(machine: Machine, run: MeasuredRun, *, spares_spikes: bool = Fals
 def find_spoilt(machine: Machine, run: MeasuredRun, number: int, max_share: float = MAX_SPOILT) -> list[Masked]:
     """Find what the machine rules out in the channels of a run of which it spoils a part alone.
 
-    Parameters
-    ----------
-    machine : Machine
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-        Its number in the folder, from 0.
-    max_share : float
-        Largest share of the samples of a channel.
-
-    Returns
-    -------
-    list of Masked
-        One for each channel.
-
-    Examples
-    --------
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", np.arange(9), {"lift": np.full(9, -1e-3)})
-    >>> find_spoilt(Machine(), run, 0), [spoilt.share for spoilt in find_spoilt(Machine(), run, 0, 1.0)]
-    ([], [1.0])
+    That part is at most the share `max_share` of a channel's samples; `number` is that of the run in the folder, from
+    0.
     """
     places = run.angles if run.bench == ENGINE else run.times
     return [
@@ -151,25 +104,7 @@ def find_spoilt(machine: Machine, run: MeasuredRun, number: int, max_share: floa
 
 
 def without(run: MeasuredRun, spoilt: Sequence[Masked]) -> MeasuredRun:
-    """Take samples for missing.
-
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    spoilt : sequence of Masked
-
-    Returns
-    -------
-    apesim.studies.measured.MeasuredRun
-        The same one where there are none.
-
-    Examples
-    --------
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", np.arange(2.0), {"lift": np.zeros(2)})
-    >>> spoilt = Masked(0, "lift", Disturbance.IMPOSSIBLE, np.array([1.0]), np.array([9.0]), 0.5)
-    >>> without(run, [spoilt]).channels["lift"].tolist()
-    [0.0, nan]
-    """
+    """Take samples for missing; the run comes back as the same object where there are none."""
     if not spoilt:
         return run
     places, channels = run.angles if run.bench == ENGINE else run.times, dict(run.channels)
@@ -179,21 +114,10 @@ def without(run: MeasuredRun, spoilt: Sequence[Masked]) -> MeasuredRun:
 
 
 def find_limits(machine: Machine, run: MeasuredRun, channel: str) -> tuple[float, float]:
-    """Find the limits that a channel of a run cannot reach, from the dimensions of the machine and the run's supply.
+    """Find the limits [SI] that a channel of a run cannot reach; infinite where it has none.
 
-    Parameters
-    ----------
-    machine : Machine
-    run : apesim.studies.measured.MeasuredRun
-    channel : str
+    They come from the dimensions of the machine and the run's supply.
 
-    Returns
-    -------
-    low, high : float
-        [SI]; infinite where the channel has none.
-
-    Examples
-    --------
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", np.arange(9), {"lift": np.zeros(9)})
     >>> find_limits(Machine(), run, "lift")
     (-0.00045, 0.00945)

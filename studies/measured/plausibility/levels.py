@@ -67,21 +67,6 @@ class Judged(NamedTuple):
 def check_pressure(machine: Machine, run: MeasuredRun, number: int, channel: str, expected: Expected) -> Judged:
     """Check the levels of a pressure against those of the machine.
 
-    Parameters
-    ----------
-    machine : Machine
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-        Its number in the folder, from 0.
-    channel : str
-    expected : Expected
-
-    Returns
-    -------
-    Judged
-
-    Examples
-    --------
     >>> from apesim.studies.measured.plausibility.expected import Expected
     >>> times = np.arange(40) * 1e-3
     >>> values = np.where(times < 20e-3, 0.4e6, 0.0)
@@ -117,24 +102,10 @@ def check_supply(
 ) -> tuple[Finding | None, float]:
     """Check the supply that a run states against a channel that stands at it when there is no flow.
 
-    Parameters
-    ----------
-    machine : Machine
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    channel : str
-        ``pressure_a``: the chamber that the supply fills at rest.
-    values : (n,) float array
-        Its values, freed of what a check of its levels has found [Pa abs].
+    That is ``pressure_a``, the chamber that the supply fills at rest; `values` (n,) are freed of what a check of its
+    levels has found [Pa abs]. Returned with the finding is the supply as it was, where the label is understood, else as
+    it is stated [Pa abs].
 
-    Returns
-    -------
-    finding : Finding or None
-    supply : float
-        Supply as it was, where the label is understood, else as it is stated [Pa abs].
-
-    Examples
-    --------
     >>> run = MeasuredRun("p040", "p040.csv", 0.4e6, 287.0, 5e-3, "fit", np.arange(40), {})
     >>> finding, supply = check_supply(Machine(), run, 0, "pressure_a", np.full(40, 0.501e6))
     >>> finding.reason, round(supply)
@@ -163,20 +134,8 @@ def check_supply(
 def check_lift(machine: Machine, run: MeasuredRun, number: int, expected: Expected | None) -> Judged:
     """Check that a lift lies within the stroke of the valve.
 
-    Parameters
-    ----------
-    machine : Machine
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    expected : Expected or None
-        None: the machine could not be simulated.
+    Without `expected`, None, the machine could not be simulated.
 
-    Returns
-    -------
-    Judged
-
-    Examples
-    --------
     >>> times = np.arange(40) * 1e-3
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": np.repeat([0.0, 9.0], 20)})
     >>> check_lift(Machine(), run, 0, None).finding.reason
@@ -214,18 +173,6 @@ def check_lift(machine: Machine, run: MeasuredRun, number: int, expected: Expect
 def check_velocity(run: MeasuredRun, number: int, expected: Expected) -> Judged:
     """Check size and sign of a velocity.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    expected : Expected
-
-    Returns
-    -------
-    Judged
-
-    Examples
-    --------
     >>> times = np.arange(40) * 1e-3
     >>> speed = np.sin(0.1 * np.arange(40))
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"velocity": -speed})
@@ -260,22 +207,8 @@ def check_velocity(run: MeasuredRun, number: int, expected: Expected) -> Judged:
 
 
 def check_temperature(run: MeasuredRun, number: int, channel: str, supply_temperature: float) -> Finding | None:
-    """Check the unit of a temperature.
+    """Check the unit of a temperature, against that of the supply [K].
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    channel : str
-    supply_temperature : float
-        [K]
-
-    Returns
-    -------
-    Finding or None
-
-    Examples
-    --------
     >>> run = MeasuredRun("a", "a.csv", 0.5e6, 287.0, 5e-3, "fit", np.arange(9), {"temperature_a": np.full(9, 20.0)})
     >>> check_temperature(run, 0, "temperature_a", 287.0).reason
     'degC called K?'
@@ -299,17 +232,6 @@ def check_temperature(run: MeasuredRun, number: int, channel: str, supply_temper
 def check_supply_temperature(run: MeasuredRun, number: int) -> Finding | None:
     """Check the temperature of the supply that a run states.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-
-    Returns
-    -------
-    Finding or None
-
-    Examples
-    --------
     >>> run = MeasuredRun("a", "a.csv", 0.5e6, 560.15, 5e-3, "fit", np.arange(9), {})
     >>> check_supply_temperature(run, 0).reason
     'K called degC?'
@@ -331,23 +253,9 @@ def check_supply_temperature(run: MeasuredRun, number: int) -> Finding | None:
 
 
 def find_supply_temperature(machine: Machine, run: MeasuredRun) -> float:
-    """Temperature of the supply that the temperatures of a run are compared with.
+    """Temperature of the supply [K] that the temperatures of a run are compared with.
 
-    Parameters
-    ----------
-    machine : Machine
-    run : apesim.studies.measured.MeasuredRun
-
-    Returns
-    -------
-    float
-        That of the run, unless no laboratory has such air; else the machine's [K].
-
-    Examples
-    --------
-    >>> run = MeasuredRun("a", "a.csv", 0.5e6, 290.0, 5e-3, "fit", np.arange(9), {})
-    >>> find_supply_temperature(Machine(), run)
-    290.0
+    It is that of the run, unless no laboratory has such air; else the machine's.
     """
     if MIN_SUPPLY_TEMPERATURE <= run.temperature <= MAX_SUPPLY_TEMPERATURE:
         return run.temperature

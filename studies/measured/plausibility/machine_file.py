@@ -68,21 +68,9 @@ def check_machine(
 ) -> Iterator[Finding]:
     """Check the stroke of a machine, and how long its valve flies, against the lifts of all runs.
 
-    Parameters
-    ----------
-    machine : Machine
-    measured : apesim.studies.measured.Measured
-    expected : sequence of Expected or None
-        What the machine shows of each run.
-    findings : collection of Finding
-        What was found of the runs: a lift that is not what it seems is not judged.
+    `expected` is what the machine shows of each run, `findings` what was found of the runs: a lift that is not what it
+    seems is not judged.
 
-    Yields
-    ------
-    Finding
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import read_example
     >>> from apesim.studies.measured.prediction import with_value
     >>> longer, example = with_value(Machine(), "valve.stroke", 10e-3), read_example()

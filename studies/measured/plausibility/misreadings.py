@@ -23,23 +23,7 @@ class Misreading(NamedTuple):
     """Value that is added behind [SI]."""
 
     def mend(self, values: np.ndarray) -> np.ndarray:
-        """Values as they would be without the misreading.
-
-        Parameters
-        ----------
-        values : (n,) float array
-            [SI]
-
-        Returns
-        -------
-        (n,) float array
-            [SI]
-
-        Examples
-        --------
-        >>> Misreading("µm called mm?", "name its unit as µm", 1e-3).mend(np.array([9.0])).tolist()
-        [0.009000000000000001]
-        """
+        """Values (n,) [SI] as they would be without the misreading."""
         return (values - self.zero) * self.factor + self.new_zero
 
 
@@ -121,22 +105,7 @@ TEMPERATURES = (
 
 
 def list_pressure_misreadings(ambient_pressure: float) -> Iterator[Misreading]:
-    """What is often confused with pressures, the most likely first.
-
-    Parameters
-    ----------
-    ambient_pressure : float
-        [Pa abs]
-
-    Yields
-    ------
-    Misreading
-
-    Examples
-    --------
-    >>> next(list_pressure_misreadings(101325.0)).reason
-    'gauge called abs?'
-    """
+    """What is often confused with pressures, the most likely first; `ambient_pressure` is [Pa abs]."""
     p = ambient_pressure
     gauge = "gauge called abs", 'write "gauge" behind its unit', 0.0, p
     absolute = "abs called gauge", 'write "abs" behind its unit', p, 0.0
@@ -153,21 +122,9 @@ def list_pressure_misreadings(ambient_pressure: float) -> Iterator[Misreading]:
 
 
 def list_lift_misreadings(rest: float) -> Iterator[Misreading]:
-    """What is often confused with a lift, the most likely first.
+    """List what is often confused with a lift, the most likely first.
 
-    Parameters
-    ----------
-    rest : float
-        Lift that is read of the closed valve [m].
-
-    Yields
-    ------
-    Misreading
-
-    Examples
-    --------
-    >>> [each.reason for each in list_lift_misreadings(0.0)][:2]
-    ['µm called mm, or mm called m?', 'mm called µm, or m called mm?']
+    `rest` is the lift read of the closed valve [m].
     """
     named, turned = "write the unit that the file has", "turn its sign: lift is 0 closed and positive towards open"
     for factor, confused in LENGTH_FACTORS.items():
@@ -189,27 +146,13 @@ def list_lift_misreadings(rest: float) -> Iterator[Misreading]:
 def explain_levels(
     levels: Sequence[float], expected: Sequence[float], tolerances: Sequence[float], misreadings: Iterable[Misreading]
 ) -> Misreading | None:
-    """Find the misreading that best brings measured levels to those that the machine has.
+    """Find the misreading that best brings measured levels to those that the machine has; None where none does.
 
-    Where a unit is confused, the span between the levels has to become the machine's as well: at a low supply both
-    levels may lie within their tolerances of anything.
+    `levels` and `expected` are the lowest and the highest level [SI], `tolerances` by how much each may be off.
+    `misreadings` begin with the most likely: a later one has to be clearly nearer. Where a unit is confused, the span
+    between the levels has to become the machine's as well: at a low supply both levels may lie within their tolerances
+    of anything.
 
-    Parameters
-    ----------
-    levels, expected : sequence of float
-        Lowest and highest level, measured and of the machine [SI].
-    tolerances : sequence of float
-        By how much each may be off [SI].
-    misreadings : iterable of Misreading
-        The most likely first: a later one has to be clearly nearer.
-
-    Returns
-    -------
-    Misreading or None
-        None: none brings all levels within their tolerance.
-
-    Examples
-    --------
     >>> found = explain_levels((0.0, 0.4e6), (101e3, 501e3), (2e4, 2e4), list_pressure_misreadings(101e3))
     >>> found.reason
     'gauge called abs?'
@@ -226,23 +169,11 @@ def explain_levels(
 
 
 def explain_factor(ratio: float, factors: dict[float, str], max_off: float) -> Misreading | None:
-    """Find the confusion of units that explains a factor.
+    """Find the confusion of units that explains a factor; None where none does.
 
-    Parameters
-    ----------
-    ratio : float
-        Measured value over that of the machine, positive.
-    factors : dict of str
-        What is confused, by the right value over the one that was read.
-    max_off : float
-        Share by which the factor may be missed.
+    `ratio` is the measured value over that of the machine, positive; `factors` has what is confused by the right value
+    over the one that was read; `max_off` is the share by which the factor may be missed.
 
-    Returns
-    -------
-    Misreading or None
-
-    Examples
-    --------
     >>> explain_factor(62.0, FLOW_FACTORS, 0.3).reason
     'per minute called per second?'
     """

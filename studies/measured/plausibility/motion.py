@@ -67,23 +67,7 @@ class Motion(NamedTuple):
 
 
 def moves(values: np.ndarray, machine_values: np.ndarray) -> bool:
-    """Whether a channel moves, where the machine's does.
-
-    Parameters
-    ----------
-    values, machine_values : (n,) float array
-        [SI]
-
-    Returns
-    -------
-    bool
-        True where the machine's does not move either.
-
-    Examples
-    --------
-    >>> moves(np.zeros(20), np.linspace(0.0, 9e-3, 20)), moves(np.zeros(20), np.zeros(20))
-    (False, True)
-    """
+    """Tell whether a channel moves where the machine's does; True where the machine's does not move either."""
     span = find_span(machine_values)
     low, high = find_levels(values)
     return bool(span == 0.0 or high - low > MIN_MOVED * span)
@@ -92,20 +76,6 @@ def moves(values: np.ndarray, machine_values: np.ndarray) -> bool:
 def compare_shapes(run: MeasuredRun, values: np.ndarray, expected: Expected, channel: str) -> tuple[float, float]:
     """Largest correlation of values, and of them turned round, with a channel of the machine, over small shifts.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    values : (n,) float array
-    expected : Expected
-    channel : str
-        Channel of the machine.
-
-    Returns
-    -------
-    alike, turned : float
-
-    Examples
-    --------
     >>> times = np.arange(0.0, 60e-3, 1e-3)
     >>> pulse = np.where(abs(times - 30e-3) < 15e-3, 9e-3, 0.0)
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {})
@@ -124,28 +94,7 @@ def check_swapped(
 ) -> Finding | None:
     """Check whether the columns of the chambers stand for each other.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    values : mapping of (n,) float array
-        By channel, freed of what checks of levels have found [SI].
-    expected : Expected
-        With both chambers.
-
-    Returns
-    -------
-    Finding or None
-
-    Examples
-    --------
-    >>> times = np.arange(0.0, 100e-3, 1e-3)
-    >>> a = np.where(abs(times - 30e-3) < 15e-3, 0.1e6, 0.5e6)
-    >>> b = 0.6e6 - a
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"pressure_a": b, "pressure_b": a})
-    >>> expected = Expected(times, {"pressure_a": a, "pressure_b": b}, {}, False)
-    >>> check_swapped(run, 0, run.channels, expected).reason
-    'a and b swapped?'
+    `values` are the channels freed of what checks of levels have found [SI]; `expected` has both chambers.
     """
     here = [channel for channel in CHAMBERS if channel in values]
     if not here:
@@ -175,28 +124,8 @@ def check_exchanged(
 ) -> Finding | None:
     """Check whether the columns of lift and of chamber A stand for each other, whatever their units make of them.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    values : mapping of (n,) float array
-        By channel, as they are read [SI].
-    expected : Expected
-        With lift and both chambers.
-
-    Returns
-    -------
-    Finding or None
-        Chamber A alone is judged: chamber B and the lift have much the same shape.
-
-    Examples
-    --------
-    >>> times = np.arange(0.0, 100e-3, 1e-3)
-    >>> lift = np.where(abs(times - 30e-3) < 15e-3, 9e-3, 0.0)
-    >>> a = 0.5e6 - 4e7 * lift
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": a, "pressure_a": lift})
-    >>> check_exchanged(run, 0, run.channels, Expected(times, {"lift": lift, "pressure_a": a}, {}, False)).reason
-    'lift and pressure_a swapped?'
+    `values` are the channels as they are read [SI]; `expected` has lift and both chambers. Chamber A alone is judged:
+    chamber B and the lift have much the same shape.
     """
     pair = ("lift", "pressure_a")
     if not all(channel in values for channel in pair):
@@ -213,28 +142,7 @@ def check_exchanged(
 
 
 def check_inverted(run: MeasuredRun, number: int, values: np.ndarray, expected: Expected) -> Finding | None:
-    """Check whether a lift within the stroke is measured from the open stop.
-
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    values : (n,) float array
-        [m]
-    expected : Expected
-
-    Returns
-    -------
-    Finding or None
-
-    Examples
-    --------
-    >>> times = np.arange(0.0, 100e-3, 1e-3)
-    >>> lift = np.where(abs(times - 30e-3) < 15e-3, 9e-3, 0.0)
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": 9e-3 - lift})
-    >>> check_inverted(run, 0, 9e-3 - lift, Expected(times, {"lift": lift}, {}, False)).reason
-    'inverted, measured from the open stop?'
-    """
+    """Check whether a lift within the stroke [m] is measured from the open stop."""
     alike, turned = compare_shapes(run, values, expected, "lift")
     if turned < MIN_ALIKE or turned < alike + MIN_BETTER:
         return None
@@ -245,22 +153,8 @@ def check_inverted(run: MeasuredRun, number: int, values: np.ndarray, expected: 
 
 
 def find_motions(run: MeasuredRun, values: Mapping[str, np.ndarray], expected: Expected) -> list[Motion]:
-    """Find when the channels of a run move, and when they do in the machine.
+    """Find when the channels of a run [SI] move, and when they do in the machine; only those that move in both.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    values : mapping of (n,) float array
-        By channel [SI].
-    expected : Expected
-
-    Returns
-    -------
-    list of Motion
-        Those that move in both.
-
-    Examples
-    --------
     >>> times = np.arange(0.0, 100e-3, 1e-3)
     >>> lift = np.where(abs(times - 30e-3) < 15e-3, 9e-3, 0.0)
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": lift})
@@ -283,27 +177,7 @@ def find_motions(run: MeasuredRun, values: Mapping[str, np.ndarray], expected: E
 
 
 def check_time_unit(run: MeasuredRun, number: int, values: Mapping[str, np.ndarray]) -> Finding | None:
-    """Check the unit of the times: how long the valve is open, and when it opens, by the pulse.
-
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    values : mapping of (n,) float array
-        By channel [SI].
-
-    Returns
-    -------
-    Finding or None
-
-    Examples
-    --------
-    >>> times = np.arange(0.0, 100e-3, 1e-3)
-    >>> lift = np.where(abs(times - 40e-3) < 25e-3, 9e-3, 0.0)
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", 1e3 * times, {"lift": lift})
-    >>> check_time_unit(run, 0, run.channels).reason
-    'ms called s, or µs called ms?'
-    """
+    """Check the unit of the times: how long the valve is open, and when it opens, by the pulse; channels in SI."""
     for channel in (*CHAMBERS, "lift"):
         if channel not in values:
             continue
@@ -318,22 +192,8 @@ def check_time_unit(run: MeasuredRun, number: int, values: Mapping[str, np.ndarr
 
 
 def check_times(run: MeasuredRun, number: int, values: Mapping[str, np.ndarray], expected: Expected) -> Finding | None:
-    """Check whether the valve moves when it can: after the command, and about as late as the machine's.
+    """Check whether the valve moves when it can: after the command, and about as late as the machine's; channels in SI.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    values : mapping of (n,) float array
-        By channel [SI].
-    expected : Expected
-
-    Returns
-    -------
-    Finding or None
-
-    Examples
-    --------
     >>> times = np.arange(0.0, 100e-3, 1e-3)
     >>> lift = np.where(abs(times - 40e-3) < 15e-3, 9e-3, 0.0)
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": np.roll(lift, 10)})
@@ -384,27 +244,12 @@ def check_times(run: MeasuredRun, number: int, values: Mapping[str, np.ndarray],
 def check_pulse(
     run: MeasuredRun, number: int, values: Mapping[str, np.ndarray], expected: Expected, simulated: float
 ) -> tuple[Finding | None, float]:
-    """Check whether the pulse was as long as the run states.
+    """Check whether the pulse was as long as the run states, by its channels [SI].
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    values : mapping of (n,) float array
-        By channel [SI].
-    expected : Expected
-    simulated : float
-        Pulse that it was simulated with: the stated one, or one about as long as the measured one where the stated one
-        moves nothing [s].
+    `simulated` is the pulse that it was simulated with [s]: the stated one, or one about as long as the measured one
+    where the stated one moves nothing. Returns the pulse that it must have been, too, or that of the run where there is
+    no finding [s].
 
-    Returns
-    -------
-    finding : Finding or None
-    pulse : float
-        Pulse that it must have been, where there is a finding, else that of the run [s].
-
-    Examples
-    --------
     >>> samples = np.arange(200)
     >>> times = samples * 1e-3
     >>> pressure = np.where((samples >= 36) & (samples < 45), 0.1e6, 0.5e6)

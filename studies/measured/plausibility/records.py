@@ -45,26 +45,8 @@ def check_record(
 ) -> Iterator[Finding]:
     """Check each channel of a run by itself, and the times of its samples.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-        Its number in the folder, from 0.
-    stated : dict of float
-        Noise that the folder states [SI], by sensor.
-    masked : sequence of Masked
-        What was masked of the run: it is not missing.
-
-    Yields
-    ------
-    Finding
-
-    Examples
-    --------
-    >>> times = np.arange(20) * 1e-3
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": np.ones(20)})
-    >>> [str(finding.check) for finding in check_record(run, 0, {})]
-    ['never moves']
+    `number` is the run's in the folder, from 0; `stated` is the noise that the folder states, by sensor [SI]; what is
+    `masked` of the run is not missing.
     """
     yield from _check_sampling(run, number)
     for channel, values in run.channels.items():
@@ -84,20 +66,8 @@ def check_record(
 def check_ends(run: MeasuredRun, number: int, channel: str, machine_values: np.ndarray | None) -> Iterator[Finding]:
     """Check whether a channel stays at its largest or smallest value, where neither noise nor the machine does.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-    channel : str
-    machine_values : (n,) float array or None
-        What the machine shows at the samples [SI]; None: it could not be simulated.
+    `machine_values` are what the machine shows at the samples, (n,) [SI]; None: it could not be simulated.
 
-    Yields
-    ------
-    Finding
-
-    Examples
-    --------
     A sensor with an end at 0.5 mm:
 
     >>> lift = 1e-3 * np.sin(np.linspace(0.0, 3.0, 200)) + np.random.default_rng(1).normal(0.0, 1e-5, 200)
@@ -210,23 +180,7 @@ def _check_disturbances(run: MeasuredRun, number: int, channel: str, noise: floa
 
 
 def check_masked(measured: Measured) -> Iterator[Finding]:
-    """Say what was masked as a folder was read, and refuse what is so in most runs.
-
-    Parameters
-    ----------
-    measured : apesim.studies.measured.Measured
-
-    Yields
-    ------
-    Finding
-
-    Examples
-    --------
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", np.arange(9) * 1e-3, {"lift": np.zeros(9)})
-    >>> masked = Masked(0, "lift", Disturbance.SPIKES, np.array([4e-3]), np.array([30e-3]), 0.01)
-    >>> [finding.seen for finding in check_masked(Measured("measured", {}, (run,), masked=(masked,)))]
-    ['a spike to 30 mm at 4 ms; 1 % of the samples are masked']
-    """
+    """Say what was masked as a folder was read, and refuse what is so in most runs."""
     for each in measured.masked:
         finding = _describe_disturbance(measured.runs[each.run], each, is_masked=True, is_short=each.is_short)
         alike = {
@@ -245,17 +199,6 @@ def check_masked(measured: Measured) -> Iterator[Finding]:
 def describe_spoilt(run: MeasuredRun, spoilt: Masked) -> Finding:
     """Describe impossible samples that are not masked: they are too much, or the run comes from no folder.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    spoilt : Masked
-
-    Returns
-    -------
-    Finding
-
-    Examples
-    --------
     >>> times, lift = np.arange(40) * 1e-4, np.full(40, 1e-5)
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": lift})
     >>> spoilt = Masked(0, "lift", Disturbance.IMPOSSIBLE, times[10:20], np.full(10, -1e-3), 0.25)

@@ -20,27 +20,10 @@ LONG = 1.5
 
 
 def find_repeated(values: np.ndarray) -> np.ndarray:
-    """Find the rows in which a slower sampler's value is only repeated.
+    """Find the rows in which a slower sampler's value is only repeated: all False where each row is sampled.
 
-    Such a channel changes at one period alone, by amounts that differ. Coarse steps change by one step, at any row.
-
-    Parameters
-    ----------
-    values : (n,) float array
-        NaN where a sample is missing.
-
-    Returns
-    -------
-    (n,) bool array
-        All False where the channel is sampled in each row.
-
-    Examples
-    --------
-    >>> slow = np.repeat(np.random.default_rng(1).normal(size=30), 10)
-    >>> find_repeated(slow)[:22].nonzero()[0].tolist()
-    [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 14, 15, 16, 17, 18, 19, 21]
-    >>> bool(find_repeated(np.random.default_rng(1).normal(size=300)).any())
-    False
+    Such a channel changes at one period alone, by amounts that differ. Coarse steps change by one step, at any row. NaN
+    in `values` (n,) is a missing sample.
     """
     known = np.flatnonzero(np.isfinite(values))
     amounts = np.diff(values[known])

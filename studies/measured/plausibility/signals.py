@@ -40,17 +40,8 @@ class Edges(NamedTuple):
 def select_judged(run: MeasuredRun) -> dict[str, np.ndarray]:
     """Channels of a run that something can be judged by: enough samples are known, and they differ.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
+    Values (n,) by sensor [SI], NaN where a sample is missing.
 
-    Returns
-    -------
-    dict of (n,) float array
-        Values [SI], NaN where a sample is missing, by sensor.
-
-    Examples
-    --------
     >>> channels = {"lift": np.arange(9.0), "velocity": np.zeros(9), "pressure_a": np.full(9, np.nan)}
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", np.arange(9) * 1e-3, channels)
     >>> list(select_judged(run))
@@ -64,44 +55,14 @@ def select_judged(run: MeasuredRun) -> dict[str, np.ndarray]:
 
 
 def fill(values: np.ndarray) -> np.ndarray:
-    """Values with missing ones interpolated.
-
-    Parameters
-    ----------
-    values : (n,) float array
-        NaN where a cell is missing; one at least is not.
-
-    Returns
-    -------
-    (n,) float array
-
-    Examples
-    --------
-    >>> fill(np.array([1.0, np.nan, 3.0])).tolist()
-    [1.0, 2.0, 3.0]
-    """
+    """Values (n,) with missing ones (NaN) interpolated; one at least must be known."""
     known = np.isfinite(values)
     places = np.arange(len(values))
     return values if known.all() else np.interp(places, places[known], values[known])
 
 
 def smooth(values: np.ndarray) -> np.ndarray:
-    """Running median of a signal, over missing samples as if they were interpolated.
-
-    Parameters
-    ----------
-    values : (n,) float array
-
-    Returns
-    -------
-    (n,) float array
-        NaN where a sample is missing.
-
-    Examples
-    --------
-    >>> smooth(np.array([0.0, 0.0, 9.0, 0.0, 0.0])).tolist()
-    [0.0, 0.0, 0.0, 0.0, 0.0]
-    """
+    """Running median of a signal (n,), over missing samples as if they were interpolated; NaN where one is missing."""
     half = WIDTH // 2
     smoothed = np.median(sliding_window_view(np.pad(fill(values), half, mode="edge"), WIDTH), axis=1)
     return np.where(np.isfinite(values), smoothed, np.nan)
@@ -130,21 +91,7 @@ def find_span(values: np.ndarray) -> float:
 
 
 def find_levels(values: np.ndarray) -> tuple[float, float]:
-    """Lowest and highest level of a signal.
-
-    Parameters
-    ----------
-    values : (n,) float array
-
-    Returns
-    -------
-    low, high : float
-
-    Examples
-    --------
-    >>> find_levels(np.repeat([0.0, 9.0, 0.0], 20))
-    (0.0, 9.0)
-    """
+    """Lowest and highest level of a signal (n,), in its unit; NaN where a sample is missing."""
     low, high = np.nanquantile(smooth(values), (LEVEL_SHARE, 1.0 - LEVEL_SHARE))
     return float(low), float(high)
 
@@ -152,17 +99,8 @@ def find_levels(values: np.ndarray) -> tuple[float, float]:
 def find_noise(values: np.ndarray) -> float:
     """Standard deviation of the noise of a signal, taken for white, by its fourth differences.
 
-    Parameters
-    ----------
-    values : (n,) float array
+    It is in the signal's unit; 0 below five known samples.
 
-    Returns
-    -------
-    float
-        0 below five known samples.
-
-    Examples
-    --------
     >>> noise = np.random.default_rng(1).normal(0.0, 0.03, 4000)
     >>> round(find_noise(noise + np.linspace(0.0, 9.0, 4000)), 2)
     0.03
@@ -175,24 +113,10 @@ def find_noise(values: np.ndarray) -> float:
 
 
 def find_edges(times: np.ndarray, values: np.ndarray, *, rises: bool, noise: float = 0.0) -> Edges:
-    """Find when a signal leaves its rest and comes back to it.
+    """Find when a signal leaves its rest and comes back to it, at `times` [s].
 
-    Parameters
-    ----------
-    times : (n,) float array
-        [s]
-    values : (n,) float array
-    rises : bool
-        Whether it is low at rest.
-    noise : float
-        Standard deviation of its noise.
+    `rises` tells that the signal is low at rest; `noise` is the standard deviation of its noise, in its unit.
 
-    Returns
-    -------
-    Edges
-
-    Examples
-    --------
     >>> times = np.arange(0.0, 10.0)
     >>> find_edges(times, np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]), rises=True)
     Edges(leaves=2.5, returns=6.5, begins=3.0, starts_away=False)
@@ -214,21 +138,7 @@ def find_edges(times: np.ndarray, values: np.ndarray, *, rises: bool, noise: flo
 
 
 def find_correlation(values: np.ndarray, others: np.ndarray) -> float:
-    """Correlation of two signals where both are known; 0 where one of them is constant.
-
-    Parameters
-    ----------
-    values, others : (n,) float array
-
-    Returns
-    -------
-    float
-
-    Examples
-    --------
-    >>> round(find_correlation(np.arange(4.0), -np.arange(4.0)), 6), find_correlation(np.arange(4.0), np.ones(4))
-    (-1.0, 0.0)
-    """
+    """Correlation of two signals where both are known; 0 where one of them is constant."""
     known = np.isfinite(values) & np.isfinite(others)
     if not known.any():
         return 0.0

@@ -38,25 +38,11 @@ MAX_PULSE_SEEN = 10.0
 
 
 def check_valve_run(machine: Machine, run: MeasuredRun, number: int) -> tuple[list[Finding], Expected | None]:
-    """Check a run of the valve's bench against the machine.
+    """Check a run of the valve's bench against the machine; `number` is the run's in the folder, from 0.
 
-    What is found of a channel or a key is mended before the checks behind it, so that each fault is said once.
+    What is found of a channel or a key is mended before the checks behind it, so that each fault is said once. Returns
+    also what the machine shows of the run as it is stated; None: it could not be simulated, or stands over other times.
 
-    Parameters
-    ----------
-    machine : Machine
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-        Its number in the folder, from 0.
-
-    Returns
-    -------
-    findings : list of Finding
-    expected : Expected or None
-        What the machine shows of the run as it is stated; None: it could not be simulated, or stands over other times.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import read_example
     >>> check_valve_run(Machine(), read_example().runs[0], 0)[0]
     []
@@ -73,23 +59,7 @@ def check_valve_run(machine: Machine, run: MeasuredRun, number: int) -> tuple[li
 
 
 def not_simulated(run: MeasuredRun, number: int) -> Finding:
-    """The hint that a run could not be simulated, so that most checks were left out.
-
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    number : int
-
-    Returns
-    -------
-    Finding
-
-    Examples
-    --------
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", np.zeros(0), {})
-    >>> str(not_simulated(run, 0).kind)
-    'hint'
-    """
+    """The hint that a run could not be simulated, so that most checks were left out."""
     seen, right = "the machine cannot be simulated here", "what needs it is not checked; look at the machine file"
     return Finding(Kind.HINT, Check.NOT_SIMULATED, run.data, run.name, seen, "", right, number)
 

@@ -16,23 +16,7 @@ AREAS = tuple(np.arange(3.0, 12.51, 0.5) * 1e-6)
 
 
 def with_area(machine: Machine, area: float) -> Machine:
-    """A machine whose solenoids have another effective area.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    area : float
-        [m2]
-
-    Returns
-    -------
-    apesim.engine.machine.Machine
-
-    Examples
-    --------
-    >>> 1e6 * with_area(Machine(), 4e-6).valve.solenoid.effective_area
-    4.0
-    """
+    """A machine whose solenoids have another effective area [m2]."""
     solenoid = machine.valve.solenoid._replace(effective_area=float(area))
     return machine._replace(valve=machine.valve._replace(solenoid=solenoid))
 
@@ -45,35 +29,10 @@ def claims_by_area(
     report: Callable[[int, int], object] | None = None,
     team: Team | None = None,
 ) -> dict[float, dict[str, Claim]]:
-    """Judge the claims on the valve's motion over effective areas of its solenoids.
+    """Judge the claims on the valve's motion over effective areas of its solenoids [m2], the machine's own among them.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-        Its own area is judged beside the others.
-    pressures : sequence of float
-        [Pa abs]
-    temperatures : sequence of float
-        [K]
-    areas : sequence of float
-        [m2]
-    report : function, optional
-        Called with the numbers of areas done and in all.
-    team : Team, optional
-        Processes that compute; this one alone if left out.
-
-    Returns
-    -------
-    dict of dict of apesim.studies.paper.claims.claim.Claim
-        By area [m2], ascending, and key.
-
-    Examples
-    --------
-    >>> ambient = Machine().ambient.pressure
-    >>> pressures, temperatures = ambient + 1e6 * np.array([0.1, 0.7, 1.9]), (250.0, 286.0, 322.0)
-    >>> by_area = claims_by_area(Machine(), pressures, temperatures, areas=(9e-6,))
-    >>> print(by_area[9e-6]["delay_over_pressure"].verdict)
-    reproduced
+    `pressures` are in Pa abs, `temperatures` in K. `report` is called with the numbers of areas done and in all;
+    without a `team` this process alone computes. Returns the claims by area [m2], ascending, and key.
     """
     tried = sorted({*areas, machine.valve.solenoid.effective_area})
     calls = [(with_area(machine, area), pressures, temperatures) for area in tried]

@@ -66,30 +66,7 @@ class Grid(NamedTuple):
 
 
 def grid_of(archive: Archive, ambient_pressure: float) -> Grid:
-    """Grid of a valve map.
-
-    Parameters
-    ----------
-    archive : Archive
-        See `apesim.studies.valve_map.compute_map`.
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    Grid
-
-    Examples
-    --------
-    >>> from apesim.archive.columns import column
-    >>> values = {"supply_pressure": [0.5e6, 0.9e6], "supply_temperature": [287.0, 287.0]}
-    >>> for stroke in ("opening", "closing"):
-    ...     for measure in ("delay_s", "stroke_time_s", "seating_speed_m_s", "fluctuation", "reverses"):
-    ...         values[f"{stroke}_{measure}"] = [6e-3, 8e-3]
-    >>> archive = Archive("", {}, {name: column(numbers, "1", name) for name, numbers in values.items()})
-    >>> grid_of(archive, 0.1e6).opening["delay_s"].tolist()
-    [[0.006], [0.008]]
-    """
+    """Grid of a valve map, see `apesim.studies.valve_map.compute_map`; `ambient_pressure` is in Pa abs."""
     v = {name: variable.values for name, variable in archive.variables.items()}
     pressure, temperature = np.unique(v["supply_pressure"]), np.unique(v["supply_temperature"])
     shape = (len(pressure), len(temperature))
@@ -99,70 +76,23 @@ def grid_of(archive: Archive, ambient_pressure: float) -> Grid:
 
 
 def verdict_of(holds: bool | np.bool_) -> Verdict:
-    """Verdict of a claim that was computed.
-
-    Parameters
-    ----------
-    holds : bool
-        Whether the claim holds.
-
-    Returns
-    -------
-    Verdict
-        `REPRODUCED` or `CONTRADICTED`.
-
-    Examples
-    --------
-    >>> print(verdict_of(2.0 < 1.0))
-    contradicted
-    """
+    """Verdict of a claim that was computed: `REPRODUCED` where it holds, else `CONTRADICTED`."""
     return REPRODUCED if holds else CONTRADICTED
 
 
 def range_of(name: str, unit: str, tried: Sequence[float], claims: Sequence[Claim]) -> dict[str, Any]:
     """Collect verdicts and answers of a claim, judged over something that the paper does not print.
 
-    Parameters
-    ----------
-    name : str
-        Key of what is varied, as a machine file names it.
-    unit : str
-        Unit of what is varied.
-    tried : sequence of float
-        Values in that unit, ascending.
-    claims : sequence of Claim
-        One for each of them.
-
-    Returns
-    -------
-    dict
-        ``name``, ``unit``, ``tried``, ``verdicts`` and ``answers``.
-
-    Examples
-    --------
-    >>> claim = Claim("rebound", "Fig. 9", "The piston rebounds.", "rebounds", "in 3 strokes", {}, REPRODUCED, "")
-    >>> range_of(AREA, "mm^2", [4.0], [claim])["answers"]
-    ['in 3 strokes']
+    `name` is the key of what is varied, as a machine file names it; `tried` are its values in `unit`, ascending, with
+    one of `claims` for each. The dict has ``name``, ``unit``, ``tried``, ``verdicts`` and ``answers``.
     """
     verdicts, answers = ([getattr(claim, field) for claim in claims] for field in ("verdict", "ours"))
     return {"name": name, "unit": unit, "tried": list(tried), "verdicts": verdicts, "answers": answers}
 
 
 def with_range(claim: Claim, verdicts: dict[str, Any]) -> Claim:
-    """A claim with its verdicts over what the paper does not print.
+    """A claim with its verdicts over what the paper does not print, see `range_of`.
 
-    Parameters
-    ----------
-    claim : Claim
-    verdicts : dict
-        Verdicts, see `range_of`.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
     >>> claim = Claim("rebound", "Fig. 9", "The piston rebounds.", "rebounds", "in 3 strokes", {}, REPRODUCED, "")
     >>> turned = claim._replace(verdict=CONTRADICTED)
     >>> with_range(claim, range_of(AREA, "mm^2", [4.0, 9.0], [claim, turned])).depends_on
@@ -177,21 +107,7 @@ def with_range(claim: Claim, verdicts: dict[str, Any]) -> Claim:
 def range_in_words(claim: Claim) -> str:
     """Say which verdict holds where: ``3-12.5 mm²``, or ``contradicted: 3-7 mm²; reproduced: 7.5-8 mm²``.
 
-    Parameters
-    ----------
-    claim : Claim
-
-    Returns
-    -------
-    str
-        "-" where it was not tried.
-
-    Examples
-    --------
-    >>> claim = Claim("rebound", "Fig. 9", "The piston rebounds.", "rebounds", "in 3 strokes", {}, REPRODUCED, "")
-    >>> verdicts = [claim, claim, claim._replace(verdict=CONTRADICTED)]
-    >>> range_in_words(with_range(claim, range_of(AREA, "mm^2", [3.0, 4.0, 9.0], verdicts)))
-    'reproduced: 3-4 mm²; contradicted: 9 mm²'
+    It is "-" where the claim was not tried over anything.
     """
     if claim.range is None:
         return "-"

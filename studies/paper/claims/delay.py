@@ -14,27 +14,7 @@ KNEE = 0.7e6
 
 
 def delay_rises_with_pressure(grid: Grid) -> Claim:
-    """Judge the claim that t_d increases with p_in (Fig. 8).
-
-    The claim stands in the discussion of Fig. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    grid : apesim.studies.paper.claims.claim.Grid
-        Measures of the strokes over the paper's pressures and temperatures.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> delay = 1e-3 * np.array([[5.0, 5.2], [7.0, 7.3], [7.2, 7.5]])
-    >>> grid = Grid(1e6 * np.array([0.1, 0.7, 1.9]), np.array([250.0, 322.0]), {"delay_s": delay}, {})
-    >>> claim = delay_rises_with_pressure(grid)
-    >>> print(claim.verdict, round(claim.values["least_step_ms"], 3))
-    reproduced 0.2
-    """
+    """Judge the claim that t_d increases with p_in [EPV, discussion of Fig. 8]."""
     steps = np.diff(grid.opening["delay_s"], axis=0) * 1e3
     return Claim(
         "delay_over_pressure",
@@ -49,27 +29,7 @@ def delay_rises_with_pressure(grid: Grid) -> Claim:
 
 
 def delay_levels_off(grid: Grid) -> Claim:
-    """Judge the claim that t_d rises steeply below 0.7 MPa and little above.
-
-    The claim stands in the discussion of Fig. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    grid : apesim.studies.paper.claims.claim.Grid
-        Measures of the strokes over the paper's pressures and temperatures.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> delay = 1e-3 * np.array([[5.0, 5.2], [7.0, 7.3], [7.2, 7.5]])
-    >>> grid = Grid(1e6 * np.array([0.1, 0.7, 1.9]), np.array([250.0, 322.0]), {"delay_s": delay}, {})
-    >>> claim = delay_levels_off(grid)
-    >>> print(claim.verdict, claim.ours)
-    reproduced 3.42 ms/MPa below, 0.167 ms/MPa above
-    """
+    """Judge the claim that t_d rises steeply below 0.7 MPa and little above [EPV, discussion of Fig. 8]."""
     delay = grid.opening["delay_s"].mean(axis=1) * 1e3
     pressure = grid.pressure / 1e6
     knee = int(np.argmin(np.abs(grid.pressure - KNEE)))
@@ -88,27 +48,7 @@ def delay_levels_off(grid: Grid) -> Claim:
 
 
 def delay_and_temperature(machine: Machine, grid: Grid) -> Claim:
-    """Judge the claim that t_d increases with T_0 (Fig. 8).
-
-    The claim stands in the discussion of Fig. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    grid : apesim.studies.paper.claims.claim.Grid
-        Measures of the strokes over the paper's pressures and temperatures.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> delay = 1e-3 * np.array([[5.2, 5.0], [7.3, 7.0]])
-    >>> grid = Grid(1e6 * np.array([0.1, 1.9]), np.array([250.0, 322.0]), {"delay_s": delay}, {})
-    >>> print(delay_and_temperature(Machine(), grid).verdict)
-    contradicted
-    """
+    """Judge the claim that t_d increases with T_0 [EPV, discussion of Fig. 8]."""
     change = (grid.opening["delay_s"][:, -1] - grid.opening["delay_s"][:, 0]) * 1e3
     times = emptying_times(machine)
     scaled = np.array([time * np.sqrt(temperature) for temperature, time in times.items()])
@@ -132,19 +72,10 @@ def delay_and_temperature(machine: Machine, grid: Grid) -> Claim:
 
 
 def emptying_times(machine: Machine) -> dict[float, float]:
-    """Find how long chamber A takes to 0.8 of its pressure, the piston at rest.
+    """Find how long chamber A takes to 0.8 of its pressure [s], by temperature of the air [K], the piston at rest.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
+    NaN where the piston moves before.
 
-    Returns
-    -------
-    dict of float
-        Times [s] by temperature of the air [K]; NaN where the piston moves before.
-
-    Examples
-    --------
     >>> {temperature: f"{1e3 * time:.2f} ms" for temperature, time in emptying_times(Machine()).items()}
     {250.0: '2.12 ms', 287.0: '1.98 ms', 322.0: '1.87 ms'}
     """
@@ -169,28 +100,9 @@ def emptying_times(machine: Machine) -> dict[float, float]:
 
 
 def size_of_temperature(grid: Grid, chosen: bool) -> Claim:
-    """Judge the claim that the delay time changes by 0.41 ms at most over 250 to 322 K (Fig. 8).
+    """Judge the claim that t_d changes by 0.41 ms at most over 250 to 322 K [EPV, discussion of Fig. 8].
 
-    The claim stands in the discussion of Fig. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    grid : apesim.studies.paper.claims.claim.Grid
-        Measures of the strokes over the paper's pressures and temperatures.
-    chosen : bool
-        Whether the valve's area was chosen by this number, which then proves nothing.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> delay = 1e-3 * np.array([[5.0, 5.2], [7.0, 7.4]])
-    >>> grid = Grid(1e6 * np.array([0.1, 1.9]), np.array([250.0, 322.0]), {"delay_s": delay}, {})
-    >>> claim = size_of_temperature(grid, chosen=False)
-    >>> print(claim.verdict, claim.ours)
-    reproduced 0.40 ms: a rise, as in the paper
+    `chosen` tells that the valve's area was chosen by this number, which then proves nothing.
     """
     changes = (grid.opening["delay_s"][:, -1] - grid.opening["delay_s"][:, 0]) * 1e3
     change = changes[np.argmax(np.abs(changes))]
@@ -209,26 +121,7 @@ def size_of_temperature(grid: Grid, chosen: bool) -> Claim:
 
 
 def delay_is_linear(grid: Grid) -> Claim:
-    """Judge the claim that t_d over T_0 is almost linear.
-
-    The claim stands in the discussion of Fig. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    grid : apesim.studies.paper.claims.claim.Grid
-        Measures of the strokes over the paper's pressures and temperatures.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> delay = 1e-3 * np.array([[5.0, 5.11, 5.2], [7.0, 7.2, 7.4]])
-    >>> grid = Grid(1e6 * np.array([0.1, 1.9]), np.array([250.0, 286.0, 322.0]), {"delay_s": delay}, {})
-    >>> print(delay_is_linear(grid).ours)
-    within 5.0 % of the change from a straight line
-    """
+    """Judge the claim that t_d over T_0 is almost linear [EPV, discussion of Fig. 8]."""
     delay, temperature = grid.opening["delay_s"], grid.temperature
     chord = delay[:, :1] + (delay[:, -1:] - delay[:, :1]) * (temperature - temperature[0]) / np.ptp(temperature)
     share = np.abs(delay - chord).max(axis=1) / np.abs(delay[:, -1] - delay[:, 0])

@@ -58,20 +58,8 @@ def working_frequency(machine: Machine) -> Claim:
 
 
 def works_at_30_hz(machine: Machine) -> Claim:
-    """Judge the claim of `working_frequency` alone, without computing its limits.
+    """Judge the claim of `working_frequency` alone, without computing its limits [EPV, abstract and Fig. 10].
 
-    The claim stands in the abstract and in the discussion of Fig. 10 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
     >>> print(works_at_30_hz(Machine()).verdict)
     reproduced
     """
@@ -99,20 +87,7 @@ def _frequency_claim(ours: str, values: dict[str, float], holds: bool) -> Claim:
 
 
 def engine_speed() -> Claim:
-    """Judge the claim that 30 Hz are 2000 r/min.
-
-    The claim stands in the abstract and in the discussion of Fig. 10 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> claim = engine_speed()
-    >>> print(claim.verdict, claim.values["speed_rpm"])
-    contradicted 1800.0
-    """
+    """Judge the claim that 30 Hz are 2000 r/min [EPV, abstract and discussion of Fig. 10]."""
     speed, rate = RATE * 60.0, 2000.0 / 60.0
     return Claim(
         "engine_speed",
@@ -127,24 +102,7 @@ def engine_speed() -> Claim:
 
 
 def friction_is_small(machine: Machine) -> Claim:
-    """Judge the claim that Coulomb friction below 1.1 N is negligible.
-
-    The claim stands in the section on simulation setting and experimental validation of the EPV paper
-    (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> print(friction_is_small(Machine()).verdict)
-    reproduced
-    """
+    """Judge the claim that Coulomb friction below 1.1 N is negligible [EPV, simulation setting]."""
     supplied = with_control_air(machine, machine.ambient.pressure + 0.4e6, 287.0)
     effects = supplied.effects._replace(coulomb_friction=CoulombFriction(1.1, 1.1))  # type: ignore[call-arg]
     rubbed = supplied._replace(effects=effects)
@@ -163,23 +121,7 @@ def friction_is_small(machine: Machine) -> Claim:
 
 
 def heat_is_small(machine: Machine) -> Claim:
-    """Judge the claim that heat from the walls can be left out (Eq. 6).
-
-    The claim stands in the text above Eq. 6 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> print(heat_is_small(Machine()).verdict)
-    reproduced
-    """
+    """Judge the claim that heat from the walls can be left out [EPV, above Eq. 6]."""
     supplied = with_control_air(machine, machine.ambient.pressure + 0.4e6, 287.0)
     effects = supplied.effects._replace(chamber_wall_heat=ChamberWallHeat(HEAT))  # type: ignore[call-arg]
     warmed = supplied._replace(effects=effects)
@@ -204,20 +146,8 @@ def heat_is_small(machine: Machine) -> Claim:
 
 
 def springs_soften(machine: Machine) -> Claim:
-    """Judge the claim that the springs' main function is to soften the impact.
+    """Judge the claim that the springs' main function is to soften the impact [EPV, section on system dynamics].
 
-    The claim stands in the section on system dynamics of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
     >>> print(springs_soften(Machine()).verdict)
     reproduced
     """
@@ -242,18 +172,7 @@ def springs_soften(machine: Machine) -> Claim:
 def time_error() -> Claim:
     """State the claim that simulated and measured lift differ by less than 1.2 ms, which cannot be computed.
 
-    The paper does not give its measurements as numbers.
-
-    The claim stands in the discussion of Fig. 6 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> print(time_error().verdict)
-    not computable
+    The paper does not give its measurements as numbers [EPV, discussion of Fig. 6].
     """
     return Claim(
         "time_error",

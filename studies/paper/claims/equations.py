@@ -16,13 +16,9 @@ FINE = 100e3
 
 
 class Emptying:
-    """A vessel that empties through the model's open solenoid, without noise; arrays over the same times.
+    """A vessel that empties from `gauge` [Pa gauge] through the model's open solenoid, without noise.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    gauge : float
-        Initial pressure [Pa gauge].
+    Its arrays are over the same times.
     """
 
     def __init__(self, machine: Machine, gauge: float) -> None:
@@ -36,20 +32,8 @@ class Emptying:
 
 
 def gauge_pressures(machine: Machine) -> Claim:
-    """Judge the claim that the pressures are gauge; Eqs. 7 to 10 need absolute ones.
+    """Judge the claim that the pressures are gauge [EPV, text on Figs. 2, 3]; Eqs. 7 to 10 need absolute ones.
 
-    The claim stands in the text on Figs. 2 and 3 and in Eqs. 7 to 10 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
     >>> claim = gauge_pressures(Machine())
     >>> print(claim.verdict, f"{claim.values['error_gauge_at_start']:+.0%}")
     contradicted +27%
@@ -80,20 +64,8 @@ def gauge_pressures(machine: Machine) -> Claim:
 
 
 def exponents_of_eq_10(machine: Machine) -> Claim:
-    """Judge the exponents of the pressures in Eq. 10 by vessels that are emptied without it.
+    """Judge the exponents of the pressures in [EPV, Eq. 10] by vessels that are emptied without it.
 
-    The claim stands in Eq. 10 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
     >>> print(exponents_of_eq_10(Machine()).ours)
     -1.1429 and 0.1429
     """
@@ -168,24 +140,7 @@ def curves_collapse(tests: Discharge) -> Claim:
 
 
 def sign_of_outflow(machine: Machine) -> Claim:
-    """Judge the sign in Eq. 4, which adds dm_out.
-
-    The claim stands in Eq. 4 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> claim = sign_of_outflow(Machine())
-    >>> print(claim.verdict, f"{claim.values['mass_too_much_by_the_sum']:.2f}")
-    contradicted 2.11
-    """
+    """Judge the sign in [EPV, Eq. 4], which adds dm_out."""
     run = run_bench(machine, PULSE)
     valve, r = machine.valve, vessel_of(machine).gas.gas_constant
     lift, _, *states = run.trace[[0, -1]].T

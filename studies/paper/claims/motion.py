@@ -10,27 +10,7 @@ from apesim.studies.paper.claims.claim import NOT_COMPUTABLE, Claim, Grid
 def valve_claims(machine: Machine, grid: Grid, chosen: bool = False) -> list[Claim]:
     """Judge the claims on the valve's motion, which may hang on the solenoids' area.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    grid : apesim.studies.paper.claims.claim.Grid
-    chosen : bool
-        Whether its area was chosen by the paper's size of the temperature's effect.
-
-    Returns
-    -------
-    list of Claim
-
-    Examples
-    --------
-    >>> from apesim.studies.paper.claims.claim import grid_of
-    >>> from apesim.studies.valve_map import compute_map
-    >>> machine = Machine()
-    >>> pressures = machine.ambient.pressure + 1e6 * np.array([0.1, 0.7, 1.9])
-    >>> archive = compute_map(machine, pressures, np.array([250.0, 286.0, 322.0]))
-    >>> claims = valve_claims(machine, grid_of(archive, machine.ambient.pressure))
-    >>> [claim.key for claim in claims][:2]
-    ['delay_over_pressure', 'delay_levels_off']
+    `chosen` tells that this area was chosen by the paper's size of the temperature's effect.
     """
     claims = [
         delay.delay_rises_with_pressure(grid),
@@ -60,23 +40,7 @@ def valve_claims(machine: Machine, grid: Grid, chosen: bool = False) -> list[Cla
 
 
 def computed(claim: Claim) -> Claim:
-    """A claim as it is; not computable where a stroke that it needs is not completed.
-
-    Parameters
-    ----------
-    claim : apesim.studies.paper.claims.claim.Claim
-
-    Returns
-    -------
-    apesim.studies.paper.claims.claim.Claim
-
-    Examples
-    --------
-    >>> from apesim.studies.paper.claims.claim import REPRODUCED
-    >>> values = {"delay_ms": float("nan")}
-    >>> print(computed(Claim("delay", "Fig. 8", "It rises.", "rises", "rises", values, REPRODUCED, "")).verdict)
-    not computable
-    """
+    """A claim as it is; not computable where a stroke that it needs is not completed, as one of its values is NaN."""
     if np.all(np.isfinite([value for value in claim.values.values() if value is not None])):
         return claim
     return claim._replace(ours="a stroke that it needs is not completed", verdict=NOT_COMPUTABLE)

@@ -23,39 +23,13 @@ def _rises_from_minimum(values: np.ndarray) -> bool:
 
 
 def fluctuates_more(fluctuation: np.ndarray) -> bool:
-    """Find whether the fluctuation rises with pressure, to more than twice that at the lowest.
-
-    Parameters
-    ----------
-    fluctuation : (n,) float array
-        Fluctuation over pressure [-].
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> fluctuates_more(np.array([0.10, 0.05, 0.15, 0.30]))
-    True
-    """
+    """Find whether the fluctuation (n,) [-] rises with pressure, to more than twice that at the lowest."""
     return _rises_from_minimum(fluctuation) and bool(fluctuation[-1] > 2.0 * fluctuation[0])
 
 
 def turns_back(values: np.ndarray) -> np.ndarray:
-    """Find whether a measure neither only rises nor only falls with pressure.
+    """Find whether a measure (n, m) neither only rises nor only falls with pressure (n), at each temperature (m).
 
-    Parameters
-    ----------
-    values : (n, m) float array
-        Measure over pressure and temperature.
-
-    Returns
-    -------
-    (m,) bool array
-
-    Examples
-    --------
     >>> turns_back(np.array([[1.0, 1.0], [2.0, 3.0], [3.0, 2.0]])).tolist()
     [False, True]
     """
@@ -64,39 +38,16 @@ def turns_back(values: np.ndarray) -> np.ndarray:
 
 
 def gets_slower(response: np.ndarray) -> np.ndarray:
-    """Find whether the time from command to contact does not fall at some step of pressure.
+    """Find whether the time from command to contact [s] does not fall at some step of pressure.
 
-    Parameters
-    ----------
-    response : (n, m) float array
-        Time over pressure and temperature [s].
-
-    Returns
-    -------
-    (m,) bool array
-
-    Examples
-    --------
-    >>> gets_slower(1e-3 * np.array([[9.0, 9.0], [8.0, 8.0], [7.5, 8.1]])).tolist()
-    [False, True]
+    The time is (n, m), over pressure and temperature; the answer (m,), for each temperature.
     """
     return np.any(np.diff(response, axis=0) >= 0.0, axis=0)
 
 
 def min_difference(run: BenchRun) -> float:
-    """Least pressure behind the opening piston less that ahead of it, while it moves.
+    """Least pressure behind the opening piston less that ahead of it, while it moves [Pa]; NaN where it does not.
 
-    Parameters
-    ----------
-    run : apesim.valve.bench.BenchRun
-
-    Returns
-    -------
-    float
-        [Pa]; NaN where it does not move.
-
-    Examples
-    --------
     >>> f"{min_difference(run_bench(Machine(), PULSE)) / 1e6:.2f} MPa"
     '0.13 MPa'
     """
@@ -106,26 +57,7 @@ def min_difference(run: BenchRun) -> float:
 
 
 def fluctuation_rises(grid: Grid) -> Claim:
-    """Judge the claim that the velocity fluctuates as pressure rises (Fig. 9).
-
-    The claim stands in the discussion of Fig. 9 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    grid : apesim.studies.paper.claims.claim.Grid
-        Measures of the strokes over the paper's pressures and temperatures.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> fluctuation = np.array([[0.10, 0.10], [0.05, 0.06], [0.30, 0.25]])
-    >>> grid = Grid(1e6 * np.array([0.1, 0.7, 1.9]), np.array([250.0, 322.0]), {"fluctuation": fluctuation}, {})
-    >>> print(fluctuation_rises(grid).verdict)
-    reproduced
-    """
+    """Judge the claim that the velocity fluctuates as pressure rises [EPV, discussion of Fig. 9]."""
     mean, pressure = grid.opening["fluctuation"].mean(axis=1), grid.pressure / 1e6
     least, rises = int(np.argmin(mean)), _rises_from_minimum(mean)
     return Claim(
@@ -144,26 +76,7 @@ def fluctuation_rises(grid: Grid) -> Claim:
 
 
 def piston_rebounds(grid: Grid) -> Claim:
-    """Judge the claim that the piston may even rebound.
-
-    The claim stands in the discussion of Fig. 9 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    grid : apesim.studies.paper.claims.claim.Grid
-        Measures of the strokes over the paper's pressures and temperatures.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> strokes = {"reverses": np.array([[0.0, 0.0], [0.0, 1.0]])}
-    >>> claim = piston_rebounds(Grid(1e6 * np.array([0.1, 1.9]), np.array([250.0, 322.0]), strokes, strokes))
-    >>> print(claim.verdict, claim.ours)
-    reproduced turns back in 2 of 8 strokes
-    """
+    """Judge the claim that the piston may even rebound [EPV, discussion of Fig. 9]."""
     count = int(grid.opening["reverses"].sum() + grid.closing["reverses"].sum())
     return Claim(
         "rebound",
@@ -178,38 +91,10 @@ def piston_rebounds(grid: Grid) -> Claim:
 
 
 def not_monotonic(grid: Grid, where: str, key: str, measure: str, name: str, unit: str, factor: float) -> Claim:
-    """Judge the claim that a measure does not only rise or only fall with pressure (Figs. 10, 11).
+    """Judge the claim that a measure does not only rise or only fall with pressure [EPV, Figs. 9 to 11].
 
-    The claim stands in the discussion of Figs. 9 to 11 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    grid : apesim.studies.paper.claims.claim.Grid
-        Measures of the strokes over the paper's pressures and temperatures.
-    where : str
-        Where the paper says it.
-    key : str
-        Key of the claim.
-    measure : str
-        Name of the measure in the grid.
-    name : str
-        Name of the measure in words.
-    unit : str
-        Unit that it is shown in.
-    factor : float
-        Factor from SI to that unit.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> speed = {"seating_speed_m_s": np.array([[0.8, 0.9], [1.3, 1.4], [1.2, 1.3]])}
-    >>> grid = Grid(1e6 * np.array([0.1, 0.7, 1.9]), np.array([250.0, 322.0]), speed, {})
-    >>> names = {"measure": "seating_speed_m_s", "name": "seating speed", "unit": "m/s"}
-    >>> print(not_monotonic(grid, "Fig. 11", "seating_speed_over_pressure", factor=1.0, **names).verdict)
-    reproduced
+    `where` tells where the paper says it; `measure` is its name in the grid, `name` that in words; `factor` turns SI
+    into `unit`, that it is shown in.
     """
     values = grid.opening[measure] * factor
     steps, ends = np.diff(values, axis=0), values[[0, -1]].mean(axis=1)
@@ -237,26 +122,7 @@ def not_monotonic(grid: Grid, where: str, key: str, measure: str, name: str, uni
 
 
 def stroke_time_falls_with_temperature(grid: Grid) -> Claim:
-    """Judge the claim that t_f falls with T_0.
-
-    The claim stands in the discussion of Fig. 10 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    grid : apesim.studies.paper.claims.claim.Grid
-        Measures of the strokes over the paper's pressures and temperatures.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> time = {"stroke_time_s": 1e-3 * np.array([[11.0, 10.4], [9.0, 8.5]])}
-    >>> grid = Grid(1e6 * np.array([0.1, 1.9]), np.array([250.0, 322.0]), time, {})
-    >>> print(stroke_time_falls_with_temperature(grid).verdict)
-    reproduced
-    """
+    """Judge the claim that t_f falls with T_0 [EPV, discussion of Fig. 10]."""
     steps = np.diff(grid.opening["stroke_time_s"], axis=1) * 1e3
     return Claim(
         "stroke_time_over_temperature",
@@ -271,27 +137,7 @@ def stroke_time_falls_with_temperature(grid: Grid) -> Claim:
 
 
 def strokes_alike(machine: Machine, grid: Grid) -> Claim:
-    """Judge the claim that opening and closing are almost the same.
-
-    The claim stands in the text on Fig. 7 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    grid : apesim.studies.paper.claims.claim.Grid
-        Measures of the strokes over the paper's pressures and temperatures.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> strokes = {name: np.ones((2, 2)) for name in ("delay_s", "stroke_time_s", "seating_speed_m_s")}
-    >>> grid = Grid(1e6 * np.array([0.1, 1.9]), np.array([250.0, 322.0]), strokes, strokes)
-    >>> print(strokes_alike(Machine(), grid).verdict)
-    reproduced
-    """
+    """Judge the claim that opening and closing are almost the same [EPV, text on Fig. 7]."""
     shares = {m: grid.closing[m] / grid.opening[m] - 1.0 for m in ("delay_s", "stroke_time_s", "seating_speed_m_s")}
     ends = {m: (float(100.0 * s.min()), float(100.0 * s.max())) for m, s in shares.items()}
     by = ", ".join(
@@ -317,27 +163,7 @@ def strokes_alike(machine: Machine, grid: Grid) -> Claim:
 
 
 def response_over_pressure(grid: Grid) -> Claim:
-    """Judge the claim that more pressure alone does not make the valve respond faster (conclusion).
-
-    The claim stands in the conclusion of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    grid : apesim.studies.paper.claims.claim.Grid
-        Measures of the strokes over the paper's pressures and temperatures.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> strokes = {"delay_s": 1e-3 * np.array([[5.0], [7.0], [7.2]])}
-    >>> strokes["stroke_time_s"] = 1e-3 * np.array([[11.0], [8.0], [7.9]])
-    >>> claim = response_over_pressure(Grid(1e6 * np.array([0.1, 0.7, 1.9]), np.array([287.0]), strokes, {}))
-    >>> print(claim.verdict, f"{claim.values['highest_step_ms']:+.2f} ms")
-    reproduced +0.10 ms
-    """
+    """Judge the claim that more pressure alone does not make the valve respond faster [EPV, conclusion]."""
     response = (grid.opening["delay_s"] + grid.opening["stroke_time_s"]) * 1e3
     mean, steps, pressure = response.mean(axis=1), np.diff(response, axis=0), grid.pressure / 1e6
     knee = int(np.argmin(np.abs(grid.pressure - KNEE)))
@@ -357,27 +183,9 @@ def response_over_pressure(grid: Grid) -> Claim:
 
 
 def pressure_to_be_optimised(grid: Grid) -> Claim:
-    """Judge the claim that at one temperature some pressure gives a fast response and a low seating speed.
+    """Judge the claim that some pressure gives a fast response and a low seating speed [EPV, discussion of Fig. 11].
 
-    The claim stands in the discussion of Fig. 11 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    grid : apesim.studies.paper.claims.claim.Grid
-        Measures of the strokes over the paper's pressures and temperatures.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> strokes = {"delay_s": 1e-3 * np.array([[5.0], [6.0], [7.2]])}
-    >>> strokes["stroke_time_s"] = 1e-3 * np.array([[11.0], [8.0], [7.9]])
-    >>> strokes["seating_speed_m_s"] = np.array([[0.8], [1.2], [1.4]])
-    >>> grid = Grid(1e6 * np.array([0.1, 0.7, 1.9]), np.array([287.0]), strokes, {})
-    >>> print(pressure_to_be_optimised(grid).verdict)
-    reproduced
+    Both are judged at one temperature.
     """
     response = (grid.opening["delay_s"] + grid.opening["stroke_time_s"]) * 1e3
     speed, pressure = grid.opening["seating_speed_m_s"], grid.pressure / 1e6
@@ -408,20 +216,7 @@ def pressure_to_be_optimised(grid: Grid) -> Claim:
 def fluctuation_from_limited_area(machine: Machine) -> Claim:
     """Judge the claim that the fluctuation comes from the solenoids' limited area, and only at high pressure.
 
-    The claim stands in the discussion of Fig. 9 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> print(fluctuation_from_limited_area(Machine()).verdict)
-    reproduced
+    The claim is in [EPV, discussion of Fig. 9].
     """
     values, valve = {}, machine.valve
     for factor in (1.0, 4.0):

@@ -50,67 +50,22 @@ class FrictionMap(NamedTuple):
     """Answers by key of the statement: 1 or 0, NaN where a stroke is not completed; shape (f, a, r, t)."""
 
     def row_of(self, friction: float) -> int:
-        """Find the row of a friction.
-
-        Parameters
-        ----------
-        friction : float
-            Viscous friction [N s/m].
-
-        Returns
-        -------
-        int
-            Number of the nearest friction of the map.
-
-        Examples
-        --------
-        >>> axis = np.ones(1)
-        >>> FrictionMap(np.array([0.0, 60.0, 111.08]), axis, axis, axis, axis, {}).row_of(PAPERS)
-        2
-        """
+        """Find the row of the friction of the map that is nearest to a viscous friction [N s/m]."""
         return int(np.argmin(np.abs(self.frictions - friction)))
 
     def everywhere(self, key: str) -> float | None:
-        """Find the highest friction up to which a statement holds at all areas, ramps and temperatures.
+        """Find the highest friction [N s/m] up to which a statement holds at all areas, ramps and temperatures.
 
-        Parameters
-        ----------
-        key : str
-            Key of the statement, see `apesim.studies.paper.friction.statements.STATEMENTS`.
-
-        Returns
-        -------
-        float or None
-            Friction [N s/m]; None: it holds so at none.
-
-        Examples
-        --------
-        >>> axis, holds = np.ones(1), {"rebound": np.array([1.0, 1.0, 0.0]).reshape(3, 1, 1, 1)}
-        >>> FrictionMap(np.array([0.0, 60.0, 111.08]), axis, axis, axis, axis, holds).everywhere("rebound")
-        60.0
+        `key` is one of `apesim.studies.paper.friction.statements.STATEMENTS`; None: it holds so at none.
         """
         always = np.all(self.holds[key] == 1.0, axis=(1, 2, 3))
         rows = len(always) if always.all() else int(np.argmin(always))
         return float(self.frictions[rows - 1]) if rows else None
 
     def anywhere(self, key: str) -> float | None:
-        """Find the highest friction at which a statement holds at any area, ramp and temperature.
+        """Find the highest friction [N s/m] at which a statement holds at any area, ramp and temperature.
 
-        Parameters
-        ----------
-        key : str
-            Key of the statement, see `apesim.studies.paper.friction.statements.STATEMENTS`.
-
-        Returns
-        -------
-        float or None
-            Friction [N s/m]; None: it holds at none.
-
-        Examples
-        --------
-        >>> axis, holds = np.ones(1), {"rebound": np.array([1.0, 0.0, 1.0]).reshape(3, 1, 1, 1)}
-        >>> FrictionMap(np.array([0.0, 60.0, 111.08]), axis, axis, axis, axis, holds).anywhere("rebound")
-        111.08
+        `key` is one of `apesim.studies.paper.friction.statements.STATEMENTS`; None: it holds at none.
         """
         ever = np.flatnonzero(np.any(self.holds[key] == 1.0, axis=(1, 2, 3)))
         return float(self.frictions[ever[-1]]) if len(ever) else None
@@ -118,18 +73,8 @@ class FrictionMap(NamedTuple):
     def max_at_once(self, friction: float) -> int:
         """Count the statements that hold at once, over all temperatures, at the area and ramp where most do.
 
-        Parameters
-        ----------
-        friction : float
-            Viscous friction; the nearest one of the map is taken [N s/m].
+        The friction of the map nearest to `friction` [N s/m] is taken.
 
-        Returns
-        -------
-        int
-            Number of statements.
-
-        Examples
-        --------
         >>> axis, yes, no = np.ones(1), np.ones((1, 1, 1, 1)), np.zeros((1, 1, 1, 1))
         >>> FrictionMap(np.array([10.0]), axis, axis, axis, axis, {"rebound": no, "response": yes}).max_at_once(10.0)
         1
@@ -150,35 +95,10 @@ def map_friction(
 ) -> FrictionMap:
     """Judge opening strokes over friction, area and ramp of the solenoids, temperature and pressure, by the statements.
 
-    The statements are those of the EPV paper (doi 10.1631/jzus.A0820373) on its Figs. 9 to 11.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    frictions : sequence of float
-        Viscous frictions, ascending [N s/m].
-    areas : sequence of float
-        Effective areas of the solenoids [m2].
-    ramps : sequence of float
-        Ramp times of the solenoids [s]; the machine's own curve stands for them where it has one.
-    temperatures : sequence of float
-        Temperatures of the control air [K].
-    pressures : sequence of float
-        Control pressures, ascending [Pa gauge].
-    report : function, optional
-        Called with the numbers of cells done and in all.
-    team : Team, optional
-        Processes that compute; this one alone if left out.
-
-    Returns
-    -------
-    FrictionMap
-
-    Examples
-    --------
-    >>> frictions = map_friction(Machine(), (10.0,), (9e-6,), (1.5e-3,), (287.0,), np.array([0.1e6, 1.9e6]))
-    >>> frictions.holds["response"].shape
-    (1, 1, 1, 1)
+    The statements are those of the EPV paper (doi 10.1631/jzus.A0820373) on its Figs. 9 to 11. Viscous frictions [N
+    s/m] and control pressures [Pa gauge] ascend; areas are in m2, ramp times in s, temperatures of the control air in
+    K. Where the machine has an opening curve of its own it stands for the ramps. `report` is called with the numbers of
+    cells done and in all; without a `team` this process alone computes.
     """
     ramps = ramps if not len(machine.valve.solenoid.opening_curve) else (machine.valve.solenoid.ramp_time,)
     cells = list(product(frictions, areas, ramps))
@@ -213,23 +133,8 @@ def _held(machine: Machine, temperatures: Sequence[float], pressures: Sequence[f
 def viscous_friction(friction_map: FrictionMap) -> Claim:
     """Judge the published 111.08 N s/m by what the text says of the figures.
 
-    The number and how it was found stand in the section on simulation setting and experimental validation of the EPV
-    paper (doi 10.1631/jzus.A0820373), the search in its Table 2.
-
-    Parameters
-    ----------
-    friction_map : FrictionMap
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> axis, holds = np.ones(1), {statement.key: np.zeros((1, 1, 1, 1)) for statement in STATEMENTS}
-    >>> frictions = FrictionMap(np.array([PAPERS]), 9e-6 * axis, 1.5e-3 * axis, 287.0 * axis, 1e6 * axis, holds)
-    >>> print(viscous_friction(frictions).verdict)
-    contradicted
+    The number and how it was found stand in [EPV, section on simulation setting and experimental validation], the
+    search in its Table 2.
     """
     row, count = friction_map.row_of(PAPERS), len(STATEMENTS)
     papers = friction_map.max_at_once(PAPERS)
@@ -272,23 +177,7 @@ def viscous_friction(friction_map: FrictionMap) -> Claim:
 
 
 def conditions_in_words(friction_map: FrictionMap) -> str:
-    """Say over what the map was made, with its resolution, in a sentence.
-
-    Parameters
-    ----------
-    friction_map : FrictionMap
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> axis = np.ones(1)
-    >>> frictions = FrictionMap(np.array([0.0, PAPERS]), 9e-6 * axis, 1.5e-3 * axis, 287.0 * axis, 1e6 * axis, {})
-    >>> conditions_in_words(frictions).partition(",")[0]
-    'Opening strokes at 2 frictions from 0 to 111.08 N s/m'
-    """
+    """Say over what the map was made, with its resolution, in a sentence."""
     areas, ramps, frictions = friction_map.areas * 1e6, friction_map.ramps * 1e3, friction_map.frictions
     temperatures, pressures = ", ".join(f"{t:g}" for t in friction_map.temperatures), friction_map.pressures / 1e6
     return (
@@ -302,23 +191,7 @@ def conditions_in_words(friction_map: FrictionMap) -> str:
 def friction_table(friction_map: FrictionMap) -> tuple[list[str], np.ndarray]:
     """Table of the map: shares of the temperatures at which each statement holds.
 
-    Parameters
-    ----------
-    friction_map : FrictionMap
-
-    Returns
-    -------
-    header : list of str
-        Names with units.
-    rows : (n, m) float array
-
-    Examples
-    --------
-    >>> axis, holds = np.ones(1), {statement.key: np.zeros((1, 1, 1, 1)) for statement in STATEMENTS}
-    >>> frictions = FrictionMap(np.array([PAPERS]), 9e-6 * axis, 1.5e-3 * axis, 287.0 * axis, 1e6 * axis, holds)
-    >>> header, rows = friction_table(frictions)
-    >>> header[:3], rows[0, :3].round(2).tolist()
-    (['viscous_friction [N s/m]', 'effective_area [mm^2]', 'ramp_time [ms]'], [111.08, 9.0, 1.5])
+    Returns the header, names with units, and the rows, (n, m).
     """
     header = [
         "viscous_friction [N s/m]",
