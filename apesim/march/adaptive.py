@@ -53,6 +53,21 @@ STIFF = 2.0
 about which it swings."""
 MIN_STEP = 1e-14
 """Shortest step [s], far below the time in which anything of a machine changes."""
+FIRST_STEP = 0.05
+"""Length of the first step, over the longest: the error of that step sets the next."""
+SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 5.0
+"""Factors of the length from one step to the next: on what the error would allow, and the least and the largest at
+once; those of Hairer, Nørsett and Wanner's code DOPRI5 but for the largest, which is 10 there."""
+BY_ERROR, BY_LAST_ERROR, BY_IMPLICIT_ERROR = -0.17, 0.04, -0.25
+"""Exponents of the error over its tolerance: PI control of the explicit steps, as in DOPRI5 (0.2 less 0.75 * 0.04, and
+0.04), and control by the error alone of the implicit ones, which falls with their fourth power."""
+BY_REFUSED_ERROR = -0.2
+"""Exponent of the error of a step that is rejected, which falls with the fifth power of its length."""
+MIN_ERROR, MIN_LAST_ERROR = 1e-10, 1e-4
+"""Errors over the tolerance that count at least: of a step, so that no power of 0 is taken, and of the one before it,
+so that one very small error does not lengthen two steps."""
+OUTSIDE, HOPELESS, MAX_FINITE_ERROR = 0.25, 0.1, 1e300
+"""Factors of a step that left the domain of a law, and of one whose error is above the last, or no number."""
 MAX_ERROR_TO_EVENT = 10.0
 """Error of a step made again up to an event, over its tolerance, above which it is rejected; the whole step held."""
 ROOT_TOLERANCE = 1e-12
@@ -86,13 +101,6 @@ class Accuracy(NamedTuple):
     def tenfold(self) -> "Accuracy":
         """Return ten times the tolerance, and the longest step as far up as order 5 has it, to see the error change.
 
-        Returns
-        -------
-        Accuracy
-            Coarser tolerances.
-
-        Examples
-        --------
         >>> coarse = Accuracy(1e-7, 1e-3, np.ones(1)).tenfold()
         >>> round(coarse.tolerance * 1e6, 6), round(coarse.max_step * 1e3, 3)
         (1.0, 1.585)
@@ -434,6 +442,8 @@ def march(
     scale = accuracy.scale
     n = scale.shape[0]
     noting = log.shape[0] > 0
+
+    # Room for stages, dense output, implicit steps and events, once for the whole march: compiled code makes no arrays.
     k, c = np.zeros((7, y.shape[0])), np.zeros((5, n))
     trial, at, slope = y.copy(), np.empty(n), np.empty(y.shape[0])
     u, implicit = np.zeros((STAGES, y.shape[0])), False
@@ -442,11 +452,13 @@ def march(
     w, w_end = np.zeros(EVENTS), np.zeros(EVENTS)
     steps = rejected = evaluations = happened = logged = sampled = 0
     work = 0.0
-    last_error, was_rejected = 1e-4, False
-    h_next = 0.05 * accuracy.max_step
+    last_error, was_rejected = MIN_LAST_ERROR, False
+    h_next = FIRST_STEP * accuracy.max_step
     for breakpoint in breakpoints:
         if breakpoint <= t:
             continue
+
+        # A smooth stretch begins: the rates jump at a breakpoint, so the slopes of the last step are of no use.
         start_segment(p, tables, t, breakpoint, y, mode)
         slopes(p, t, y, mode, k[0])
         zero_crossings(p, t, y, k[0], mode, w)
@@ -455,6 +467,8 @@ def march(
         while t < breakpoint:
             if evaluations > MAX_EVALUATIONS:
                 return Outcome(Status.TOO_MANY_EVALUATIONS, steps, rejected, evaluations, happened, logged, work)
+
+            # The length of the step. The last two to a breakpoint are alike: a tiny last one would cost as much as any.
             max_step = accuracy.max_step * step_share(p, y, mode)
             h = min(h_next, max_step)
             whole = breakpoint - t
@@ -464,6 +478,8 @@ def march(
                 h = 0.5 * whole
             if h < MIN_STEP and h < whole:
                 return Outcome(Status.STEP_TOO_SMALL, steps, rejected, evaluations, happened, logged, work)
+
+            # The step itself. Outside of the domain of a law there is no error to go by: a quarter of the length.
             if implicit and not has_jacobian:
                 taken = slopes_of_rates(p, t, h, y, mode, scale, k, trial, jacobian, room)
                 evaluations += taken
@@ -472,21 +488,29 @@ def march(
             in_domain = has_jacobian or not implicit
             if not (in_domain and _step(p, t, h, y, mode, implicit, scale, jacobian, k, u, room, trial)):
                 rejected += 1
-                h_next = 0.25 * h
+                h_next = OUTSIDE * h
                 was_rejected = True
                 continue
+
+            # Its error rejects it, or says how long the next may be. After a rejection an implicit one does not grow.
             error = _error(h, y, trial, implicit, k, u, accuracy)
             if not error <= 1.0:
                 rejected += 1
-                h_next = h * max(0.2, 0.9 * error**-0.2) if error < 1e300 else 0.1 * h
+                has_size = error < MAX_FINITE_ERROR
+                h_next = h * max(MIN_FACTOR, SAFETY * error**BY_REFUSED_ERROR) if has_size else HOPELESS * h
                 was_rejected = True
                 continue
-            grown = h * min(5.0, max(0.2, 0.9 * max(error, 1e-10) ** -0.17 * last_error**0.04))
+            least = max(error, MIN_ERROR)
+            allowed = max(MIN_FACTOR, SAFETY * least**BY_ERROR * last_error**BY_LAST_ERROR)
+            grown = h * min(MAX_FACTOR, allowed)
             if implicit:
-                grown = h * min(1.0 if was_rejected else 5.0, max(0.2, 0.9 * max(error, 1e-10) ** -0.25))
+                allowed = max(MIN_FACTOR, SAFETY * least**BY_IMPLICIT_ERROR)
+                grown = h * min(1.0 if was_rejected else MAX_FACTOR, allowed)
             was_rejected = False
             h_next = max(grown, h_next) if h == whole else grown
-            last_error = max(error, 1e-4)
+            last_error = max(error, MIN_LAST_ERROR)
+
+            # An event within it: the step is made again up to there, as dense output is of a lower order than a step.
             events(p, t + h, trial, mode, g_end)
             event, share = -1, 1.0
             hit = False
@@ -505,6 +529,8 @@ def march(
                     rejected += 1
                     h_next = 0.5 * h
                     continue
+
+            # What is read off the step, before its state takes the place of the one before.
             steps += 1
             end = breakpoint if event < 0 and h == whole else t + h
             sampling = sampled < times.shape[0] and times[sampled] <= end
@@ -516,6 +542,9 @@ def march(
                 work += _quadrature(p, t, h, c, at)
             if sampling:
                 sampled = _sample(p, t, h, end, c, mode, at, times, trace, sampled)
+
+            # Whether it was stability that held it short. A stretch that proves stiff stays so to the end of the march:
+            # to go back would mean to prove it again.
             if not implicit and h < SHORT * max_step:
                 short += stiffness(h, y, trial, k, scale) > STIFF
                 implicit = short > MAX_SHORT_STEPS
@@ -524,6 +553,8 @@ def march(
             if event < 0:
                 _copy(k[6], k[0])
                 continue
+
+            # The event changes state or mode, and with them the slopes.
             happened += 1
             if happened > MAX_EVENTS:
                 return Outcome(Status.TOO_MANY_EVENTS, steps, rejected, evaluations, happened, logged, work)
