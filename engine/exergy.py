@@ -170,22 +170,33 @@ def add_exergy_rates(
     p_c, t_c = cylinder.air
     sides = exchange_sides(p, cylinder, receiver, intake)
     let_in, heat, past_groove = terms.let_in, terms.heat, terms.past_groove.mass
+
+    # Streams into and out of the cylinder. What passes beside the groove has no regime but the sign of its flow.
     through = stream_through(mode[EXCHANGE + exchange.GROOVE], sides.groove, flows.groove.mass)
     past = stream_through(past_groove, sides.groove, past_groove)
     out = stream_through(mode[EXCHANGE + exchange.EXHAUST], sides.exhaust, flows.exhaust.mass)
+
+    # From groove to exhaust. A stream that leaves a volume mixes with nothing, unless it flows back.
     r[GROOVE] += throttling_loss(gas, ambient, through, intake.pressure, p_c)
     r[GROOVE] += throttling_loss(gas, ambient, past, intake.pressure, p_c)
     r[CYLINDER_MIXING] += mixing_loss(gas, ambient, through, t_c) + mixing_loss(gas, ambient, past, t_c)
     r[CYLINDER_MIXING] -= mixing_loss(gas, ambient, out, t_c)
     r[EXHAUST_VALVE] += throttling_loss(gas, ambient, out, p_c, p.exhaust_pressure)
     r[EXHAUST_AIR] += stream_exergy(gas, ambient, out, p.exhaust_pressure)
+
+    # What effects let in: heat apart from air, as its exergy is taken at the temperature of its wall.
     r[LEAKS] -= exergy_brought(gas, ambient, let_in.mass, let_in.enthalpy - heat, cylinder.air)
     r[WALL_HEAT] += terms.wall_exergy
     r[HEAT_TRANSFER] += terms.wall_exergy - heat_exergy(ambient, heat, t_c)
+
+    # The valve. What it draws and destroys at its source counts for the receiver below, where that is the source.
     control, mixing = 0.0, 0.0
     if p.engine.intake == EPV:
         source = control_air(p, y).before
         control, mixing = add_valve_rates(p.actuator, t, y, mode, source, supply_of(p, y), r)
+
+    # From the groove up to the supply: `brought` is what enters at the outermost volume there is, and `back` what air
+    # that flows back into the receiver destroys there by mixing.
     if has_pipe(p):
         drawn = stream_through(mode[EXCHANGE + exchange.PIPE], sides.pipe, flows.pipe.mass)
         r[FEED] += throttling_loss(gas, ambient, drawn, receiver.pressure, intake.pressure)

@@ -397,6 +397,8 @@ def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
     p, orbit = run.cycle, run.orbit
     ledger, control = engine_ledger(run.end), control_ledger(run.end)
     gas, ambient = p.actuator.gas, p.actuator.ambient
+
+    # Work and air of a cycle, which most results are quotients of.
     turns = p.speed / TURN
     work = ledger.work
     swept = swept_volume(p.engine)
@@ -406,6 +408,7 @@ def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
     engine_air, control_air = ledger.flows.groove.mass, control.supplied.mass
     air = engine_air + control_air
 
+    # Ideal work is counted from where the air is drawn: control air may come from the regulator or the receiver.
     drawn = p.supply if p.control_from_receiver else p.control
 
     def efficiency(law: Callable[[GasState], float]) -> float:
@@ -415,6 +418,7 @@ def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
     def expansion_efficiency(law: Callable[[Gas, float, float], float]) -> float:
         return efficiency(lambda state: law(gas, state.temperature, state.pressure / ambient.pressure))
 
+    # Whether the balances close. The march knows no engine friction: its work is given to the exergy ledger.
     mass_closure, energy_closure = closure(run)
     exergy = exergy_ledger(run, fmep * swept)
     return {

@@ -424,10 +424,14 @@ def main_of(app: typer.Typer) -> int:
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
     if sys.stdout is None:
         return _bad_input("standard output: is closed; send it elsewhere, e.g. > /dev/null")
+
+    # Texts hold characters that not every encoding has, such as that of m²: they are shown as ?, and end no command.
     streams: tuple[Any, ...] = (sys.stdout, sys.stderr)
     for stream in streams:
         if getattr(stream, "errors", None) in ("strict", "surrogateescape"):  # where the encoding lacks a character
             stream.reconfigure(errors="replace")
+
+    # The work itself. The flush stands within: at the interpreter's exit a failure could no longer become an exit code.
     try:
         with contextlib.redirect_stdout(_Output(sys.stdout)):
             code = _run(app)
@@ -445,6 +449,8 @@ def main_of(app: typer.Typer) -> int:
         known = _known(error)
         if known is not None:
             return known
+
+        # Nothing that a user could mend: the traceback is what a report needs.
         _tell(traceback.format_exc().rstrip())
         _tell("apesim: this is a fault of ours; please report it with the lines above")
         return FAULT_OF_OURS

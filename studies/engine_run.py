@@ -225,10 +225,14 @@ def run_engine(machine: Machine, speed: WithUnit) -> EngineRun:
     arguments, machine = arguments_of("run_engine", machine)
     omega = arguments.quantity("speed", speed, SPEED)
     arguments.refuse()
+
+    # Compiled before the clock starts, so that the time of the call is that of computing.
     compile_first(machine, run_steady, QUICK, max_cycles=1)
     start = time.perf_counter()
     march, values, warnings = call_in_thread(compute_point, machine, omega).result()
     values["wall_time_s"] = time.perf_counter() - start
+
+    # What a reader is told beside the numbers: the conditions, and how the march ended.
     done, remedy = march.status == Status.DONE, Status(march.status).remedy
     conditions = {"intake": INTAKES[machine.engine.intake], "speed": f"{omega / TURN * 60.0:.6g} r/min"}
     orbit = march.orbit
@@ -243,6 +247,8 @@ def run_engine(machine: Machine, speed: WithUnit) -> EngineRun:
         text_writer(machine),
         march=march,
     )
+
+    # The result is made before it is judged: the error carries it, so that what was found is not lost.
     if not run.converged:
         what = f"{conditions['intake']} at {conditions['speed']}"
         wrong = f"not periodic after {orbit.cycles} cycles" if done else "the march ended early"

@@ -223,6 +223,8 @@ def run_valve(
     seconds = arguments.quantity("pulse", pulse, TIME)
     end = arguments.quantity("until", until, TIME)
     rate = arguments.quantity("repeat", repeat, RATE)
+
+    # Arguments that are right each by itself, but do not go together.
     period = inf if rate is None else 1.0 / rate
     if rate is not None and end is not None:
         arguments.fault("until", "does not go with `repeat`", "leave one of them out")
@@ -231,10 +233,14 @@ def run_valve(
         arguments.fault("pulse", "is longer than the period of `repeat`", right)
     arguments.refuse()
     machine = with_control_air(machine, pressure, kelvin)
+
+    # Compiled before the clock starts, so that the time of the call is that of computing.
     compile_first(machine, run_bench, 10e-3)
     start = time.perf_counter()
     march = call_in_thread(run_bench, machine, seconds, end, period).result()
     wall_time = time.perf_counter() - start
+
+    # How it ended, in words. A single pulse has nothing to repeat, so that it is neither periodic nor not.
     done, orbit = march.status == Status.DONE, march.orbit
     remedy = Status(march.status).remedy
     warnings = list(judge_bench(march).values()) if done else [f"the march ended early: {remedy}"]
@@ -257,6 +263,8 @@ def run_valve(
         text_writer(machine),
         march=march,
     )
+
+    # The result is made before it is judged: the error carries it, so that what was found is not lost.
     if converged is False:
         wrong = f"not periodic after {orbit.cycles} cycles" if done and orbit else "the march ended early"
         right = "change the pulse, the rate or the supply" if done else remedy

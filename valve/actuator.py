@@ -369,6 +369,8 @@ def actuator_rates(actuator: Actuator, t: float, y: np.ndarray, mode: np.ndarray
     state = state_of(actuator, y, supply)
     flows = solenoid_flows(actuator, t, mode, state)
     force = smooth_force(valve, state.position, state.speed, state.chamber_a.pressure, state.chamber_b.pressure)
+
+    # What effects add: to flows, force and chambers.
     speed = acceleration = mass_a = mass_b = energy_a = energy_b = 0.0
     if len(actuator.effects) > 0:
         balance = zeros(TERMS)
@@ -377,9 +379,13 @@ def actuator_rates(actuator: Actuator, t: float, y: np.ndarray, mode: np.ndarray
         force += balance[FORCE] + dry_friction_force(phase, balance[DRY])
         mass_a, mass_b = balance[MASS_A], balance[MASS_B]
         energy_a, energy_b = balance[ENERGY_A], balance[ENERGY_B]
+
+    # A piston that is held stays at rest whatever the force: an event sets it free.
     if is_moving(phase):
         speed = state.speed
         acceleration = force / valve.moving_mass
+
+    # Work of the gas on the piston, which stands between the chambers: where one expands, the other is compressed.
     in_a, out_a, in_b, out_b = flows
     work_a = state.chamber_a.pressure * valve.piston_area * speed
     work_b = -state.chamber_b.pressure * valve.piston_area * speed

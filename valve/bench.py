@@ -377,11 +377,15 @@ def run_bench(
     end = period if repeated else 2.0 * pulse if until is None else until
     breakpoints = tables.breakpoints(0.0, end)
     accuracy = accuracy_of(p, tolerance)
+
+    # The start: at rest, or the periodic state of a repeated pulse, to which the bench marches from rest.
     y, mode = closed_at_start(p)
     orbit = None
     if repeated:
         orbit = periodic_orbit(p, tables, y, mode, breakpoints, accuracy)
         y, mode = orbit.y.copy(), orbit.mode.copy()
+
+    # The run that is measured. Its start and phase are kept, as the march writes over state and modes.
     start = y.copy()
     log = np.empty((LOG_ROWS, LOG_HEAD + STATES))
     times = np.asarray(sample) if np.ndim(sample) else np.append(np.arange(0.0, end, float(sample)), end)
@@ -389,6 +393,8 @@ def run_bench(
     phase = mode[PHASE]
     outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, times, trace)
     log = log[: outcome.logged].copy()
+
+    # Strokes are measured over two periods: what opens late in one closes in the next.
     if repeated:
         later = log.copy()
         later[:, 0] += period

@@ -118,10 +118,14 @@ def add_valve_rates(
     gas, ambient, valve = actuator.gas, actuator.ambient, actuator.valve
     state = state_of(actuator, y, supply)
     flows, sides = solenoid_flows(actuator, t, mode, state), solenoid_sides(state)
+
+    # Flows as the rates have them: with what effects add.
     balance = zeros(TERMS)
     if len(actuator.effects) > 0:
         add_laws(actuator.effects, state, balance)
         flows = with_shares(flows, balance)
+
+    # Streams through the solenoids: throttled on the way in and out, mixed in the chamber that they enter.
     in_a = stream_through(mode[REGIME + SUPPLY_A], sides[SUPPLY_A], flows[SUPPLY_A].mass)
     out_a = stream_through(mode[REGIME + VENT_A], sides[VENT_A], flows[VENT_A].mass)
     in_b = stream_through(mode[REGIME + SUPPLY_B], sides[SUPPLY_B], flows[SUPPLY_B].mass)
@@ -133,14 +137,21 @@ def add_valve_rates(
     r[VENTED_AIR] += stream_exergy(gas, ambient, out_a, vent) + stream_exergy(gas, ambient, out_b, vent)
     r[CHAMBER_MIXING] += mixing_loss(gas, ambient, in_a, t_a) - mixing_loss(gas, ambient, out_a, t_a)
     r[CHAMBER_MIXING] += mixing_loss(gas, ambient, in_b, t_b) - mixing_loss(gas, ambient, out_b, t_b)
+
+    # Friction, and the forces of effects: on a piston that is held they do no work.
     if is_moving(mode[PHASE]):
         force = balance[FORCE] + dry_friction_force(mode[PHASE], balance[DRY])
         r[VALVE_FRICTION] += state.speed * (valve.viscous_friction * state.speed - force)
+
+    # What effects let into the chambers: heat apart from air, as its exergy is taken at the temperature of its wall.
     heat_a, heat_b = balance[HEAT_A], balance[HEAT_B]
     r[LEAKS] -= exergy_brought(gas, ambient, balance[MASS_A], balance[ENERGY_A] - heat_a, state.chamber_a)
     r[LEAKS] -= exergy_brought(gas, ambient, balance[MASS_B], balance[ENERGY_B] - heat_b, state.chamber_b)
     r[WALL_HEAT] += balance[WALL_EXERGY]
     r[HEAT_TRANSFER] += balance[WALL_EXERGY] - heat_exergy(ambient, heat_a, t_a) - heat_exergy(ambient, heat_b, t_b)
+
+    # What the source gives, to the line where there is one, else to the chambers. Where control air flows back, it
+    # mixes in the source, whose balance is the caller's.
     if has_line(actuator):
         feed = Sides(source, line)
         mass = flow_in(gas, mode[LINE_REGIME], actuator.line.feed_area, feed).mass

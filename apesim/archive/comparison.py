@@ -77,16 +77,23 @@ def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0, floor
     """
     a, b = read(path_a), read(path_b)
     rows = machine_differences(a.machine, b.machine)
+
+    # Which runs belong together: in a grid of other points the same coordinates have another number.
     names = _common_axes(a, b, rows)
     keys_a, keys_b = _keys_of(a, names), _keys_of(b, names)
     at_a = [i for key, i in keys_a.items() if key in keys_b]
     at_b = [keys_b[key] for key in keys_a if key in keys_b]
+
+    # Runs without a partner are told here: values are compared for pairs alone.
     for key, i in keys_a.items():
         if key not in keys_b:
             rows.append(Difference("run", "run", int(a.runs[i]), _place(names, key), int(a.runs[i]), None, 1))
     for key, i in keys_b.items():
         if key not in keys_a:
             rows.append(Difference("run", "run", int(b.runs[i]), _place(names, key), None, int(b.runs[i]), 1))
+
+    # Variable by variable. Where axes or type differ, there are no values to set side by side. The run numbers may
+    # differ, as coordinates have matched the runs.
     places = {i: _place(names, key) for key, i in keys_a.items()}
     for name in {**a.variables, **b.variables}:
         mine, other = a.variables.get(name), b.variables.get(name)
@@ -102,6 +109,7 @@ def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0, floor
         if mine.dims[0] != "run":
             rows += _compared(kind, name, None, mine.values, other.values, a, mine.dims, rtol, atol)
         elif mine.values.shape[1:] == other.values.shape[1:]:
+            # All runs in one operation: only those that differ are looked at one by one, for the place.
             ours, theirs = mine.values[at_a], other.values[at_b]
             absolute = atol + floor * _size(mine.unit, ours, theirs)
             differs = ~_equal(ours, theirs, rtol, absolute).all(axis=tuple(range(1, ours.ndim)))
@@ -109,6 +117,8 @@ def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0, floor
                 run, place = int(a.runs[at_a[i]]), places[at_a[i]]
                 found = _compared(kind, name, run, ours[i], theirs[i], a, mine.dims[1:], rtol, absolute)
                 rows += [row._replace(where=", ".join(filter(None, (place, row.where)))) for row in found]
+
+    # What the counts are of: each variable once, however many runs it differs in.
     compared = (a.variables.keys() | b.variables.keys()) - {"run"}
     different = compared & {row.name for row in rows if row.kind in ("axis", "variable")}
     return Comparison(rows, len(at_a), len(compared) - len(different), len(different))

@@ -72,6 +72,8 @@ def grid_dataset(archive: Archive) -> xarray.Dataset:
     """
     xarray = needed("xarray")
     names, places = list(axes_of(archive)), places_of(archive)
+
+    # Axes have only the values that occur: one whose points are all missing would be nothing but NaN.
     coordinates: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, Any]]] = {}
     corner = []
     for name, place in zip(names, places, strict=True):
@@ -80,6 +82,8 @@ def grid_dataset(archive: Archive) -> xarray.Dataset:
         variable = archive.variables[name]
         values = words_of(variable)[first]
         coordinates[name] = ((name,), values, _attributes(variable, values))
+
+    # The results over the grid. Where points are missing, whole numbers become floats: integers have no NaN.
     shape = tuple(len(values) for _, values, _ in coordinates.values())
     whole = len(archive.runs) == math.prod(shape)
     results = {}

@@ -53,6 +53,8 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     archive cannot be read.
     """
     archive = read(path)
+
+    # Axes stand in both lists: with their ends in one, and as variables in the other.
     axes, variables = [], []
     for name, variable in archive.variables.items():
         if variable.dims == (name,):
@@ -77,6 +79,8 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
                 "meanings": variable.meanings,
             }
         )
+
+    # Entries of the provenance may be missing, and so may all runs: what is not known is empty or None.
     provenance = archive.provenance
     runs = archive.runs.tolist()
     return {
@@ -124,6 +128,8 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
     """
     path = Path(path)
     faults: list[str] = []
+
+    # The head, first: a file that is no archive raises, and where the head cannot be read, that is the one fault told.
     try:
         machine, provenance = read_about(path)
         tomllib.loads(machine)
@@ -139,12 +145,16 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
             variables: dict[str, Variable] = {}
             users: dict[str, set[tuple[str, int]]] = {}
             results = [name for name in file if name != "about"]
+
+            # The root and the groups: no digest covers what somebody has added to them.
             for item, known in _known_attributes(file).items():
                 try:
                     with damage_named(path, item):
                         _check_attributes(file[item or "/"], known)
                 except ArchiveError as error:
                     faults.append(str(error))
+
+            # Every dataset by itself, as one fault may hide others. A file may lack those of `ABOUT`.
             for item in dict.fromkeys((*ABOUT, *(f"about/{name}" for name in file["about"]), *results)):
                 try:
                     with damage_named(path, item):
@@ -162,6 +172,8 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
                         check_digest(stored, digests)
                 except ArchiveError as error:
                     faults.append(str(error))
+
+            # What holds between datasets, and which runs are missing: only sound ones can tell.
             if not faults:
                 archive = Archive(machine, provenance, variables)
                 validate(archive)

@@ -31,9 +31,13 @@ def lock(path: str | os.PathLike[str]) -> Iterator[None]:
     """
     target = find_target(path)
     lock_file = Path(f"{target}.lock")
+
+    # Refused before locking: that would make a folder that is missing, and empty a file that is no lock.
     if not os.path.isdir(lock_file.parent):
         raise ArchiveError(path, "its folder does not exist", "make it or choose another one")
     _refuse_foreign(lock_file)
+
+    # It does not wait: another sweep may take hours, and its process is named, as far as its lock can be read.
     guard = filelock.FileLock(lock_file, blocking=False)
     try:
         guard.acquire()
@@ -49,9 +53,12 @@ def lock(path: str | os.PathLike[str]) -> Iterator[None]:
     except (OSError, NotImplementedError) as error:
         raise ArchiveError(lock_file, f"cannot be locked ({error})", "choose another folder") from error
     try:
+        # The name of its holder is for messages alone: where it cannot be written, the lock holds all the same.
         with suppress(OSError):
             since = datetime.now(UTC).isoformat(timespec="seconds")
             lock_file.write_text(f"{HOLDER}{os.getpid()} since {since}", encoding="utf-8")
+
+        # Only the holder of the lock knows that no other writer is at work on what lies there.
         remove_temporaries(target)
         yield
     finally:

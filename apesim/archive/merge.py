@@ -25,15 +25,21 @@ def merge(parts: Sequence[Archive], names: Sequence[str | os.PathLike[str]] | No
     labels = [os.fspath(name) for name in names] if names else [f"part {i + 1}" for i in range(len(parts))]
     if not parts:
         raise ArchiveError("merge", "no parts were given", "name at least one archive")
+
+    # Parts of different sweeps may contradict each other on any run: that they do not fit is told first.
     for label, part in zip(labels, parts, strict=True):
         if conflict := _conflict(parts[0], part):
             raise ArchiveError(label, f"does not fit {labels[0]}: {conflict}", "merge parts of one sweep only")
+
+    # One order for all variables. The sort is stable: of a run that occurs twice, the earlier part's is kept.
     runs = np.concatenate([part.runs for part in parts])
     owner = np.repeat(np.arange(len(parts)), [len(part.runs) for part in parts])
     order = np.argsort(runs, kind="stable")
     again = np.flatnonzero(np.diff(runs[order]) == 0)  # positions whose successor is the same run
     keep = np.delete(order, again + 1)
     in_order = np.array_equal(keep, np.arange(len(runs)))
+
+    # Each variable in that order; runs that occur twice are compared before one of them is left out.
     variables = {}
     for name, variable in parts[0].variables.items():
         if variable.dims[0] == "run":

@@ -127,9 +127,13 @@ def check_variable(name: str, variable: Variable) -> None:
     ValueError: speed: no unit; a number without one has the unit '1'
     """
     values, dims = variable.values, variable.dims
+
+    # Names come first: every message that follows begins with one.
     for text in (name, *dims):
         if not isinstance(text, str) or not _NAME.fullmatch(text) or text == "about":
             raise ValueError(f"{text!r} is no name for a variable; use letters, digits, '_' and '.'")
+
+    # The form: an array of a type that a file can hold, over axes that fit. The checks of values rely on it.
     if not isinstance(values, np.ndarray) or (
         values.dtype not in (np.float64, np.int64, np.int8) and (values.dtype.kind != "U")
     ):
@@ -140,6 +144,8 @@ def check_variable(name: str, variable: Variable) -> None:
     axis = dims == (name,)
     if not axis and (not dims or dims[0] != "run" or name in dims):
         raise ValueError(f"{name}: axes {dims}; results begin with 'run', an axis has the dims ({name!r},)")
+
+    # What says what it is becomes an attribute of the dataset, whose length is limited.
     for label, text in (
         ("unit", variable.unit),
         ("description", variable.description),
@@ -149,12 +155,16 @@ def check_variable(name: str, variable: Variable) -> None:
             raise ValueError(f"{name}: {label} {text!r:.80} is not one printable line")
     if not variable.unit.strip():
         raise ValueError(f"{name}: no unit; a number without one has the unit '1'")
+
+    # The values. Axes have to be finite whether they are declared so or not.
     if (axis or variable.finite) and values.dtype.kind == "f" and not np.isfinite(values).all():
         raise ValueError(f"{name}: NaN or infinity, but its values must be finite")
     if name == "run" and (values.dtype != np.int64 or (values < 0).any() or (np.diff(values) <= 0).any()):
         raise ValueError("run: run numbers must be int64, not negative and increasing")
     if values.dtype.kind == "U":
         _storable(name, "".join(values.ravel().tolist()))
+
+    # Codes: without a word for each of them a reader could not tell what it means.
     if variable.meanings:
         codes = codes_of(variable.meanings)
         if values.dtype != np.int8 or not codes:

@@ -69,20 +69,28 @@ def refuse_unsafe(file: h5py.File, path: str | os.PathLike[str], limit: int = SI
     that is available. `path` is for messages.
     """
     remedy = "ask for a file written by apesim"
+
+    # Sizes in memory that the file may come to, besides `limit`: a small file can declare arrays of any size.
     by_file = max(ALWAYS_READ, MAX_EXPANSION * os.path.getsize(path))
     memory = available_memory()
     objects, total = 0, 0
+
+    # Objects are known by their addresses: second links to a group could lead round in a circle for ever.
     seen = {h5o.get_info(file["/"].id).addr}
     groups = [("", file["/"].id)]
     while groups:
         prefix, group = groups.pop()
         names: list[bytes] = []
+
+        # They are counted before their names are listed, which takes memory for each of them.
         objects += group.get_num_objs()
         if objects > OBJECT_LIMIT:
             raise ArchiveError(path, f"more than {OBJECT_LIMIT} objects", remedy)
         group.links.iterate(names.append)
         for raw in names:
             name = prefix + raw.decode(errors="replace")
+
+            # The link comes before what it leads to: to ask for that would follow a soft or external link.
             if (link := group.links.get_info(raw).type) != h5l.TYPE_HARD:
                 raise ArchiveError(path, f"{name} is {_LINKS.get(link, 'a foreign link')}", remedy)
             info = h5o.get_info(group, raw)
@@ -96,6 +104,8 @@ def refuse_unsafe(file: h5py.File, path: str | os.PathLike[str], limit: int = SI
                 if what:
                     raise ArchiveError(path, f"{name} {what}", remedy)
                 total += size
+
+                # Each bound has its own remedy: `limit` can be raised, that of the file cannot, memory can be freed.
                 if total > limit:
                     raise ArchiveError(
                         path,

@@ -83,6 +83,7 @@ def stages(
     >>> stages(p, 0.0, 0.1, y, mode, 1, k, trial), round(float(trial[0]), 6)
     (True, 0.818731)
     """
+    # Stages 2 to 6 are of the integrated states alone: the rates do not depend on the ledger.
     for s in range(1, 7):
         if s == 1:
             c = 0.2
@@ -116,6 +117,7 @@ def stages(
                     - 5103.0 / 18656.0 * k[4, i]
                 )
         else:
+            # Here the stage is the new state, and the ledger is taken with it.
             for i in range(y.shape[0]):
                 trial[i] = y[i] + h * (
                     35.0 / 384.0 * k[0, i]
@@ -124,6 +126,8 @@ def stages(
                     - 2187.0 / 6784.0 * k[4, i]
                     + 11.0 / 84.0 * k[5, i]
                 )
+
+        # `rates` itself and not `slopes`: one call in a loop is laid down once anyway.
         if not rates(p, t + c * h, trial, mode, k[s]):
             return False
     return True

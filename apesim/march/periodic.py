@@ -448,6 +448,8 @@ def _many_cycles(
     reach, last, leap = CLIP, np.zeros(len(drive.accuracy.scale)), None
     is_fine = was_fine = False
     while drive.cycles < max_cycles and vain < MOST_VAIN:
+        # The map near the state. Slopes of the one before are kept while they foretell the gain, or while short steps
+        # halve it. Where the usual differences show none, or a swing, fine ones decide.
         error = np.inf if leap and leap.comes_down else FORETOLD
         found = _linear(drive, y, mode, is_fine, known if was_fine == is_fine else None, error)
         was_fine = is_fine
@@ -462,13 +464,19 @@ def _many_cycles(
             count, leap = count / GROWTH**3, None
         if _swings(drive, known):
             return known.y, False
+
+        # Short steps behind a long one: what it left of faster states may hide what the slow ones gain.
         step = leap.short_step(known, FINE * drive.accuracy.tolerance, reach) if leap else None
         if step is not None:
             y = _after(known.y, step, known.sizes)
             continue
+
+        # The long step, over more cycles than the one before, but not so many that what is repelled turns it round.
         repelled, gained = known.repelled, np.abs(known.gain).max()
         count = min(GROWTH * count, LONGEST_LEAP, 0.5 / max(repelled, 0.5 / LONGEST_LEAP))
         step = _implicit_step(known.slopes, known.gain, count)
+
+        # One that turns back has led past the balance: steps become shorter until one leads on.
         if step @ last < 0.0 and np.abs(step).max() > BACK * np.abs(last).max():
             reach = 0.5 * min(reach, np.abs(step).max())
         else:
@@ -477,6 +485,8 @@ def _many_cycles(
             count *= 0.5
             step = _implicit_step(known.slopes, known.gain, count)
         last = step
+
+        # What the next step goes by: fine slopes after a step of many cycles, or where a state is repelled.
         is_fine = is_fine or repelled > drive.accuracy.tolerance or min(count, known.settles_in) > ROUGH_LEAP
         vain = 0.0 if gained < 0.5 * least else vain + (VAIN_IF_FAR if np.abs(step).max() > FAR_STEP else 1.0)
         least = min(least, gained)
@@ -612,6 +622,8 @@ def _from_known(drive: Drive, known: Known, tolerance: float, record: Record) ->
     n, y, mode, correction = len(drive.accuracy.scale), known.y, known.mode, known.correction
     if len(correction) != n:
         return None
+
+    # Of states that the known cycle held, the correction knows nothing: none of them may move.
     held = ~correction.any(axis=1)
     before = gain_before = step = None
     largest_before = np.inf
@@ -624,18 +636,26 @@ def _from_known(drive: Drive, known: Known, tolerance: float, record: Record) ->
         gain = (image - y)[:n] / sizes
         if np.abs(gain[held]).max(initial=0.0) > tolerance:
             return None
+
+        # The correction learns from what the last step has changed, by Broyden's first rule.
         if step is not None:
             moved = correction @ (gain_before - gain)
             if abs(weight := step @ moved) > 0.0:
                 correction = correction + np.outer(step - moved, step @ correction) / weight
         step = correction @ gain
+
+        # A way left that is long or grows means too far away, unless a rough correction still brings the gain down.
         left, largest_gain = np.abs(step).max(), np.abs(gain).max()
         learning = known.rough and largest_gain <= largest_before
         if left > CLIP or (before is not None and left > before and not learning):
             return None
+
+        # The cycle from this very state is in the record: where the state is near enough, it is the periodic one.
         if before is not None and len(record.log) and left <= tolerance and drive.outcome:
             recorded = Recorded(record.log[: drive.outcome.logged], record.trace, image, drive.outcome)
             return Settling(y, mode, Status.DONE, largest_gain, np.inf, 1, correction, recorded)
+
+        # The step. Where the way left falls fast enough, the state behind it is taken without one more cycle.
         y, nearer = y.copy(), left / before if before else 1.0
         y[:n] += step * sizes
         if left * nearer <= tolerance:  # the next step falls by as much at least
@@ -695,21 +715,30 @@ def _settled(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float, ma
     kept: Settling | None
     kept, fine, has_leapt, has_arrived, looks_at = None, 0, False, False, FAR
     while True:
+        # Plain cycles. A small change alone is believed where two full Newton steps, or implicit ones, have led near,
+        # or after `PATIENCE` cycles where no step goes before.
         sure = fine >= 2 or (kept is None and drive.cycles >= PATIENCE)
         enough = max(tolerance, SAME * drive.accuracy.tolerance) if has_arrived else tolerance
         found = _plain_cycles(drive, y, mode, enough, max(1, min(BURST, max_cycles - drive.cycles)), sure)
+
+        # A step that led astray is taken back: the search goes on from the state before it.
         leads_on = kept is None or (found.status == Status.DONE and (has_leapt or _nearer(found, kept)))
         astray = not (leads_on or found.period)
         if astray and kept is not None:
             found = kept
         if found.status != Status.DONE or found.period or drive.cycles >= max_cycles:
             return found
+
+        # Far on, it may be that only the solver's error moves the state, or that it repeats after several cycles: to
+        # see that takes many more, so that it is looked for at twice the cycles each time.
         if drive.cycles > FAR and _only_errors_move(drive, found, tolerance):
             return found._replace(period=1)
         if drive.cycles > looks_at:
             found, looks_at = _subharmonic(drive, found, max_cycles), 2 * drive.cycles
             if found.status != Status.DONE or found.period:
                 return found
+
+        # Help for the next cycles: implicit steps over many in turns with Newton's method, and near the end that alone.
         is_near = kept is not None and not astray and _least(found) <= FARTHEST * tolerance
         y, mode, kept, has_arrived = found.y, found.mode, None, False
         has_leapt = not (has_leapt or is_near) and drive.cycles > FAR and found.change_of_two >= 0.5 * found.change

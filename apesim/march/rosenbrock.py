@@ -82,6 +82,8 @@ def slopes_of_rates(
     """
     m, n = y.shape[0], scale.shape[0]
     still, taken = n, n + 1
+
+    # Over time, first: it also shows which states stand still, now and a little later.
     for i in range(m):
         trial[i] = y[i]
     later = t + max(NUDGE_IN_TIME * h, LEAST_NUDGE_IN_TIME * max(abs(t), h))
@@ -94,6 +96,8 @@ def slopes_of_rates(
         room[j, taken] = 0.0
         for i in range(m):
             jacobian[i, j] = 0.0
+
+    # Over the states that move. Each may be found to move others: rounds go on until one adds none.
     evaluations, before = 1, 0
     while before < evaluations:
         before = evaluations
@@ -102,9 +106,13 @@ def slopes_of_rates(
                 continue
             room[j, taken] = 1.0
             evaluations += 2
+
+            # A state whose error is not relative alone, as a position, is nudged by less: its stop may be near.
             nudge = NUDGE * abs(y[j])
             if nudge <= scale[j]:
                 nudge = NUDGE_IN_SCALE * (scale[j] + abs(y[j]))
+
+            # Central differences: the column holds the rates of the lower end until those of the upper one are there.
             low, high = y[j] - nudge, y[j] + nudge
             for end in (low, high):
                 trial[j] = end
@@ -235,6 +243,8 @@ def implicit_stages(
     (True, 0.81873)
     """
     m, n = y.shape[0], scale.shape[0]
+
+    # One matrix serves all stages. States are relative to their sizes in it, as pivots are compared with each other.
     for i in range(n):
         for j in range(n):
             room[i, j] = -jacobian[i, j] * (scale[j] + abs(y[j])) / (scale[i] + abs(y[i]))
@@ -242,6 +252,7 @@ def implicit_stages(
     if not _factorise(room):
         return False
     for s in range(STAGES):
+        # The first stage is taken at the start of the step, where the rates are given.
         if s > 0:
             for i in range(m):
                 trial[i] = y[i]
@@ -249,6 +260,8 @@ def implicit_stages(
                     trial[i] += _STATES[s, r] * u[r, i]
             if not slopes(p, t + _AT[s] * h, trial, mode, k[1]):
                 return False
+
+        # The right-hand side, and its solution for the states.
         for i in range(m):
             u[s, i] = k[min(s, 1), i] + _IN_TIME[s] * h * jacobian[i, n]
             for r in range(s):
@@ -258,10 +271,14 @@ def implicit_stages(
         _substitute(room)
         for i in range(n):
             u[s, i] = room[i, n + 1] * (scale[i] + abs(y[i]))
+
+        # The ledger follows from the states: no rate depends on it, so that its part of the matrix is a diagonal.
         for i in range(n, m):
             for j in range(n):
                 u[s, i] += jacobian[i, j] * u[s, j]
             u[s, i] *= h * GAMMA
+
+    # Stiffly accurate: the last stage is the error of the embedded solution, and leads from there to the new state.
     for i in range(m):
         trial[i] += u[5, i]
     return slopes(p, t + h, trial, mode, k[6])

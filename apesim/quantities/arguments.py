@@ -180,6 +180,8 @@ def values_of(
         return parse_range(given, declaration, ambient_pressure, where, file)
     if isinstance(given, np.ndarray) and not given.ndim:
         given = given.item()
+
+    # The unit of the whole, before items are read: one beside numbers holds for all, and a missing one is one fault.
     if isinstance(declaration, Quantity):
         try:
             if _has_unit(given):
@@ -190,9 +192,13 @@ def values_of(
                     raise _unit_missing(given, declaration)
         except InvalidValue as wrong:
             raise InputError([make_fault(file, where, wrong, declaration)]) from None
+
+    # Texts alone are a list, as in a text; so is an empty sequence, for which the fault is told there.
     items = list(given) if isinstance(given, Iterable) else [given]
     if not items or all(isinstance(item, str) for item in items):
         return parse_range(items, declaration, ambient_pressure, where, file)
+
+    # Numbers, or numbers and texts: one by one, with the faults of all of them told at once.
     values, all_faults = [], []
     for item in items:
         try:

@@ -84,12 +84,16 @@ def _section(
     """
     cls: Any = type(tree)
     ambient_pressure, standard_ambient = ambients
+
+    # Four lists, joined at the end: in TOML a key below another header would belong to that section.
     keys, curves, sections, tables = [], [], [], []
     for key, field in fields(cls).items():
         value, default, name = getattr(tree, key), cls._field_defaults[key], joined(path, key)
         stated = value.stated(folder) if hasattr(value, "stated") else ()
         if only is not None and not stated and not any(f"{each}.".startswith(f"{name}.") for each in only):
             continue
+
+        # A section. An optional one that is as by default becomes a comment: written out, it would count as given.
         if is_section(field):
             sections += ["", *_comment(_title(field))]
             any_of = due(cls).get(key, ())
@@ -102,6 +106,8 @@ def _section(
                 lines = [f"# {line}".rstrip() for line in lines]
             sections += lines
             continue
+
+        # A key, by its form: a table or a curve has a header of its own, all else is one line.
         text = field.render(value, ambient_pressure)
         remark = field.range_text, " ".join(field.source.split())
         note = _comment(notes[name]) if name in notes else []
@@ -112,6 +118,7 @@ def _section(
         elif isinstance(text, dict):
             curves += ["", *note, *_comment(*remark), f"[{name}]", *_columns(text)]
         elif text == "" == field.render(default, ambient_pressure) and key not in wanted:
+            # Not given: the line is a comment, which shows how the key is written and what holds without it.
             held = f"default: {field.text}" if getattr(field, "text", None) else "not given"
             keys += [*note, *_remarked(f'# {key} = ""  # {held}', "; ", *remark)]
         else:

@@ -42,6 +42,8 @@ def read(cls: Any, data: Mapping[str, Any], file: str, assigned: Container[str] 
 
     leaves = {leaf.key: leaf for leaf in schema(cls)}
     all_faults: list[Fault] = []
+
+    # The form, before pydantic sees the data: it knows one spelling of a key, and would take a list for a table.
     data = _tables(cls, data, file, all_faults)
     all_faults += _respell(cls, data, lambda key: COMMAND_LINE if key in assigned else file)
     all_faults += absent_due(cls, data, file, assigned)
@@ -55,6 +57,7 @@ def read(cls: Any, data: Mapping[str, Any], file: str, assigned: Container[str] 
             path = joined(key, inner)
             all_faults.append(make_fault(place(path), path, each, leaf.declaration, leaf.default, reference))
 
+    # The ambient pressure, before the gauge pressures that stand above it. Its default stands in for a wrong one.
     reference, key = None, "ambient.pressure"
     if key in leaves:
         reference, given = leaves[key].default, data.get("ambient", {})
@@ -63,6 +66,9 @@ def read(cls: Any, data: Mapping[str, Any], file: str, assigned: Container[str] 
         except InvalidValue as wrong:
             blame(key, wrong)
             del given["pressure"]  # told, and the others can still be read
+
+    # The whole tree. What values say together is looked at only where each is right by itself: else one mistake would
+    # be told twice.
     try:
         context = {"ambient_pressure": reference, "folder": Path(file).parent}
         tree = _adapter(cls).validate_python(data, context=context)
@@ -71,6 +77,7 @@ def read(cls: Any, data: Mapping[str, Any], file: str, assigned: Container[str] 
         if not all_faults:
             all_faults += [Fault(place(key), key, *fault) for key, *fault in faults(tree)]
     except ValidationError as errors:
+        # Unknown keys are gathered: a file of something else may have any number of them, and only the first are named.
         strange: list[tuple[str, ...]] = []
         for error in errors.errors(include_url=False):
             path = tuple(map(str, error["loc"]))

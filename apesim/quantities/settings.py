@@ -60,9 +60,13 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
     """
     if data is None:
         data = {} if path is None else toml_of(path)
+
+    # What can be assigned: every key, in each of its spellings.
     declarations = {key: leaf.declaration for key, leaf in leaves_of(cls).items()}
     others = spellings(cls)
     declarations |= {name: spelling.declaration for name, spelling in others.items()}
+
+    # Assignments are put into the data of the file, so that they are read and judged together with it.
     assigned: set[str] = set()
     all_faults: list[Fault] = []
     for assignment in assignments:
@@ -74,6 +78,7 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
         elif key not in declarations and not table:
             all_faults.append(misassigned(cls, key, COMMAND_LINE))
         else:
+            # A shell may leave the quotation marks that a value has in the file.
             if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'":
                 text = text[1:-1]
             for other in _twins(key, others) - assigned:  # what the file says of it in another spelling
@@ -86,6 +91,8 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
             _put(
                 data, key.split("."), Path(text).absolute() if names_file else text
             )  # the user's own may lead anywhere
+
+    # The tree is read although assignments were refused, so that the faults of the file are told with them.
     file = str(path) if path is not None else COMMAND_LINE if assigned else "default"
     try:
         tree = read(cls, data, file, assigned)
@@ -176,6 +183,8 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
     given: dict[str, Any] = {}
     leaves, by_underscores = _all_spellings(cls)
     others = spellings(cls)
+
+    # Which key each name means: written with underscores, it may be that of several.
     for name, value in values.items():
         keys = [name] if name in leaves else by_underscores.get(name, [])
         if len(keys) == 1 and keys[0] not in given:
@@ -187,6 +196,8 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
             all_faults.append(Fault(where, name, "is the name of several keys", f"write {right}"))
         else:
             all_faults.append(misassigned(cls, _with_dots(cls, name), where))
+
+    # The values, the ambient pressure first: gauge pressures among the others stand above the new one.
     ambient_key = "ambient.pressure"
     ambient = stood_above = ambient_of(tree)
     for key in sorted(given, key=lambda key: key != ambient_key):
@@ -202,8 +213,12 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
             all_faults.append(given_beside(where, key, others[key].key))
         value = others[key].convert(value) if key in others else value
         tree = with_value(tree, _base(key, others), value)
+
+    # The gauge pressures of the tree follow the ambient pressure; those that were given stand above it already.
     given = {_base(key, others): value for key, value in given.items()}
     tree = move_gauge_pressures(tree, stood_above, ambient, given)
+
+    # The tree as a whole, only where each value was taken, and what values say together only where that is sound.
     if not all_faults:
         tree = check_values(tree, cls, where)
         all_faults += absent_due(cls, _present(tree, given), where, frozenset())

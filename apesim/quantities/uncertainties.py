@@ -42,6 +42,8 @@ def read_uncertainty(raw: Any, declaration: Quantity, value: float = math.nan) -
     apesim.quantities.input_errors.InvalidValue: ("'0.05' has no unit", 'write e.g. "1 %" or "0.09 mm"')
     """
     right = f"write e.g. {' or '.join(_right_forms(declaration, value))}"
+
+    # A number or the word: a bool counts as an int in Python, and is none here.
     if isinstance(raw, bool) or not isinstance(raw, str | int | float):
         raise InvalidValue(f"{quoted(raw)} is no standard deviation", right)
     text = raw.strip() if isinstance(raw, str) else repr(float(raw))
@@ -50,6 +52,8 @@ def read_uncertainty(raw: Any, declaration: Quantity, value: float = math.nan) -
     found = split_number(text)
     if not found:
         raise InvalidValue(f"{quoted(raw)} is no standard deviation", right)
+
+    # The unit. A deviation is a difference: gauge and abs say nothing of it.
     number, name = found
     if declaration.unit and not name:
         raise InvalidValue(f"{quoted(raw)} has no unit", right)
@@ -60,6 +64,8 @@ def read_uncertainty(raw: Any, declaration: Quantity, value: float = math.nan) -
     if float(number) < 0.0:
         raise InvalidValue(f"{quoted(raw)} is negative", f'{right}, or "{EXACT}"')
     deviation = scale.si(number)
+
+    # What it is of. A share of a temperature would depend on where its scale begins.
     is_share = bool(name) and not scale.dimension
     if is_share and unit(declaration.unit).dimension == KELVIN:
         raise InvalidValue(f"{quoted(raw)} is a share of a temperature", right)
@@ -67,6 +73,8 @@ def read_uncertainty(raw: Any, declaration: Quantity, value: float = math.nan) -
         raise InvalidValue(
             f"{quoted(raw)}: {quoted(name)} cannot be converted to {declaration.unit or 'a share'}", right
         )
+
+    # The size: a deviation that is wider than the range says less than the range does.
     if is_share and not deviation <= 1.0:
         raise InvalidValue(f"{quoted(raw)} is out of range", "allowed: 0 to 100 %")
     low, high = declaration.ends

@@ -81,6 +81,8 @@ def unit(text: str) -> Unit:
     wrong = InvalidValue(f"{quoted(text)} is no known unit")
     if len(text) > MAX_TEXT:
         raise wrong
+
+    # One spelling for each sign. A temperature with a zero of its own is no factor in a product, and stands alone.
     for other, plain in SPELLINGS:
         text = text.replace(other, plain)
     if text in TEMPERATURES:
@@ -89,6 +91,8 @@ def unit(text: str) -> Unit:
     text = re.sub(r"\brpm\b", "(r/min)", "" if text == "-" else text)
     if len(text) > 60 or re.search(r"(^|[*·/(])\s*[*·/)]|[*·/]\s*$", text):  # an operator lacks its factor
         raise wrong
+
+    # Token by token: `sign` is that of the exponents in force, `outer` that of the bracket, which `*` brings back.
     factor = Fraction(1)
     dimension: dict[str, int] = {}
     brackets: list[tuple[int, int]] = []
@@ -115,6 +119,8 @@ def unit(text: str) -> Unit:
             sign, outer = brackets.pop()
     if brackets:
         raise wrong
+
+    # Base units that cancel out do not count, so that m/m is without dimension.
     return Unit(factor, Fraction(0), tuple(sorted(item for item in dimension.items() if item[1])))
 
 

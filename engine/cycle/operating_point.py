@@ -45,9 +45,13 @@ def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.nda
     engine, command = machine.engine, machine.command
     period = TURN / speed
     edges = [0.0, (command.release - command.energise) / speed]
+
+    # One kind of march for valve and engine together: a kind for each would mean many more marches to compile.
     library = library_for(machine.effects, ENGINE_LIBRARY, "engine")
     kind = kind_of_march(library_of(machine.effects), machine.effects)
     actuator, valve_tables = actuator_of(machine, edges, period, kind=kind)
+
+    # What the kernels know: numbers in `p`, arrays in the tables. A volume of 0 stands for an infinite receiver.
     tables = CycleTables(valve_tables, np.ascontiguousarray(engine.cam.lift_curve))
     infinite = isinf(engine.receiver.volume)
     cam = engine.cam.resolve_lift(machine.valve.stroke)._replace(lift_curve=None)  # type: ignore[arg-type]
@@ -72,6 +76,8 @@ def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.nda
         volume_of(library.effects, machine.effects),
         chosen(library, machine.effects, kind),
     )
+
+    # Effects change the machine when it is whole, and breakpoints are those of what they leave.
     p, tables = adjusted(library.effects, machine.effects, p, tables)
     return p, tables, breakpoints_of_cycle(p, tables, period)
 

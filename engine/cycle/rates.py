@@ -173,26 +173,36 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
     """
     if not in_domain(p, y):
         return False
+
+    # The air of every volume, then the flows between them.
     cylinder, slope = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
     intake = intake_state(p, y, receiver)
     exchanged = exchange_flows(p, y, mode, cylinder, exchange_sides(p, cylinder, receiver, intake))
+
+    # The valve, with its own domain; a cam or an ideal valve leaves its states where they are.
     valve = AT_REST
     if p.engine.intake == EPV:
         if not valve_actuator.in_domain(p.actuator, y):
             return False
         valve = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
     line = line_feed(p.actuator, mode, control_air(p, y), valve)
+
+    # Effects of the cylinder. The flows without what passes beside the groove are kept for the exergy ledger.
     terms = effect_terms(p, cylinder)
     let_in = terms.let_in
     flows = with_past_groove(p, exchanged, terms.past_groove)
     groove, exhaust, feed, pipe = flows
     work = cylinder.air.pressure * slope * p.speed
+
+    # What leaves the receiver: pipe or groove draw from it, and the valve where its control air comes from there.
     drawn = NO_FLOW
     if p.receiver_volume > 0.0:
         drawn = pipe
         if p.control_from_receiver:
             drawn = Flow(pipe.mass + line.mass, pipe.enthalpy + line.enthalpy)
+
+    # Balances, then the ledgers that show whether they close; the exergy only where a march has room for it.
     update_states(
         dy,
         valve.states,

@@ -252,6 +252,8 @@ def _parameters_fault(effect: Effect, module: ModuleType) -> tuple[str, str] | N
         return "its parameters are no NamedTuple", f"write {form}"
     if getattr(module, cls.__name__, None) is not cls or cls.__module__ != module.__name__:
         return f"{cls.__name__} is not defined in this file by that name", "define it at the top level of the file"
+
+    # What each parameter declares: a machine file, its checks and its printed text are made from that.
     try:
         declared = fields(cls)
     except Exception as error:  # an annotation can be anything
@@ -266,11 +268,15 @@ def _parameters_fault(effect: Effect, module: ModuleType) -> tuple[str, str] | N
             field.check(cls._field_defaults[key])  # type: ignore[attr-defined]
         except InvalidValue as wrong:
             return f"the default of {cls.__name__}.{key}: {wrong.wrong}", wrong.right
+
+    # The strengths, which are tried halfway to the end of their range: it needs two ends.
     strengths = effect.strengths or cls._fields[:1]  # type: ignore[attr-defined]
     for key in strengths:
         field = declared.get(key)
         if not isinstance(field, Quantity) or not all(map(isfinite, field.ends)) or field.ends[0] >= field.ends[1]:
             return f"its strength {quoted(key)} is no parameter with a range that has two ends", f"write {form}"
+
+    # The defaults together: what is on by default would act in every machine that does not name it.
     if effect.is_on(cls()):
         return "it is on by default", f"give the strength the default {effect.off!r}, as off says"
     if found := next(faults(cls()), None):

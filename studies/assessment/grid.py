@@ -47,6 +47,8 @@ def assess_speeds(
     keeps; `report` is called with the number of speeds done and the number of all.
     """
     points: list[Assessment] = []
+
+    # The speeds go in their order, as each corrected command is looked for from those of the speeds before it.
     for speed, timed in zip(speeds, _commanded(machine, speeds, timing), strict=True):
         points.append(assess(timed, speed) if timed else without_valves(speed, nan, nan, Outcome.OUT_OF_REACH))
         if report:
@@ -54,6 +56,7 @@ def assess_speeds(
     valves = np.stack([point.valves for point in points])
     lost = losses(valves)
 
+    # Axes of the archive, and what each run has once: its speed, its commands, its outcome.
     variables = {
         "run": run_axis(len(points)),
         "valve": Variable(("valve",), np.array(list(VALVES)), "1", _listed(VALVES)),
@@ -68,15 +71,21 @@ def assess_speeds(
         "release_deg": column([point.release / DEGREE for point in points], "deg", "crank angle of the release"),
         "outcome": column([point.outcome for point in points], "1", "whether all valves could be compared", OUTCOMES),
     }
+
+    # Each measure has its loss beside it. Torque is lost and air is added, which the text of the column says.
     for number, (name, (unit, description)) in enumerate(MEASURES.items()):
         variables[name] = Variable(("run", "valve"), valves[..., number].copy(), unit, f"{description} with each valve")
         lost_name, sign = list(LOSSES.items())[number]
         what = f"{description} {'lost' if sign < 0.0 else 'added'} by each cause in each order"
         variables[lost_name] = Variable(("run", "order", "cause"), lost[..., number].copy(), unit, what)
+
+    # The exergy ledger has no axis of causes: it is compared between the valves only.
     exergy = np.stack([point.exergy for point in points])
     for number, (name, (description, _)) in enumerate(EXERGY.items()):
         values = exergy[..., number].copy()
         variables[f"exergy_{name}_J"] = Variable(("run", "valve"), values, "J", f"{description}, in a cycle")
+
+    # The real valve alone: the others are given their angles or their lift, and have no commands to be late after.
     for name in REAL:
         unit, description = INDICATORS[name]
         kind = np.int64 if name in COUNTS else float

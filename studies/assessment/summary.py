@@ -98,6 +98,7 @@ def tables_of(archive: Archive) -> list[Table]:
     v = {name: variable.values for name, variable in archive.variables.items()}
     speeds = [f"{speed:g}" for speed in v["speed_rpm"]]
 
+    # The steps from the ideal to the real valve are chosen by name, whatever order the archive has them in.
     columns = [(v["order"].tolist().index(order), v["cause"].tolist().index(cause)) for order, cause in SHOWN]
 
     def between(name: str, lost: str, digits: int) -> Iterator[list[str]]:
@@ -106,6 +107,7 @@ def tables_of(archive: Archive) -> list[Table]:
             values = np.array([v[name][run, 0], *steps, v[name][run, -1]]).round(digits) + 0.0  # no -0.00
             yield [speed, *(number(value, f".{digits}f") for value in values)]
 
+    # Of the real valve alone: what stands beside, and the parts of its lateness.
     beside = [
         [speed, *(number(v[name][run] * factor, form) for name, factor, form, _ in BESIDE)]
         for run, speed in enumerate(speeds)
@@ -114,6 +116,8 @@ def tables_of(archive: Archive) -> list[Table]:
         [speed, *(number(v[f"{stroke}_{name}"][run], ".2f") for stroke in ("opening", "closing") for name in LATE)]
         for run, speed in enumerate(speeds)
     ]
+
+    # Torque and air take the same steps from the ideal to the real valve, and so the same header.
     header = ("r/min", *HEADINGS)
     torque = between("brake_torque_Nm", "brake_torque_lost_Nm", 2)
     air = between("specific_air_kg_per_kWh", "specific_air_added_kg_per_kWh", 1)

@@ -99,18 +99,25 @@ def assess(machine: Machine, speed: float) -> Assessment:
     fluctuation.
     """
     machine = machine._replace(engine=machine.engine._replace(intake=EPV))
+
+    # The real valve first: the others are made from its true angles and its lift.
     run = run_steady(machine, speed, angle_step=LIFT_STEP)
     energise, release, *_ = machine.command
     if run.status != Status.DONE:
         return without_valves(speed, energise, release, Outcome.FAILED)
     values = indicators(machine, run)
     outcome = outcome_of(machine, run, values)
+
+    # What cannot be compared stays NaN. Control air that does not act on the intake changes nothing in the cylinder:
+    # the real valve's own run is that of the real lift, too, with this air not counted.
     valves = dict.fromkeys(VALVES, np.full(len(MEASURES), nan))
     ledgers = dict.fromkeys(VALVES, np.full(len(EXERGY), nan))
     if run.orbit.converged:
         valves["real"], ledgers["real"] = _measures(values), _exergy_of(values)
         if not _acts_on_intake(run):
             valves["late_real_lift"] = _measures(values | {"control_air_kg_per_cycle": 0.0})
+
+    # The others, each to its own periodic state. A reason that was found at the real valve is kept as the outcome.
     for name, other in _others_of(machine, run, values, outcome).items():
         other_run = run_steady(other, speed)
         if other_run.status == Status.DONE and other_run.orbit.converged:

@@ -275,6 +275,8 @@ def evaluate_discharge(
     ambient = machine.ambient
     size = arguments.quantity("volume", volume, VOLUME)
     kelvin = arguments.quantity("temperature", temperature, TEMPERATURE)
+
+    # The tests are read before anything is refused, so that faults of arguments and of files come out together.
     records: list[Record] = []
     if not files:
         arguments.fault("files", "no discharge test", "give the CSV of at least one")
@@ -285,12 +287,16 @@ def evaluate_discharge(
     arguments.refuse()
     if out is not None:
         refuse_to_replace(out, overwrite=overwrite)
+
+    # The evaluation, in another thread, so that Ctrl-C is heard at once. The time is that of it alone.
     start = time.perf_counter()
     initial = ambient.temperature if kelvin is None else float(kelvin)
     vessel = Vessel(float(size), initial, ambient.pressure, gas_of(machine.air), inf if isothermal else 0.0)
     with show_progress(progress, "discharge") as report:
         result = call_in_thread(discharge, vessel, records).result()
         report(len(records), len(records))
+
+    # What was found, as numbers and as curves; where there is no curve, its times are NaN.
     values = {
         "effective_area_mm2": 1e6 * result.full_area,
         "effective_area_half_band_mm2": 1e6 * result.full_area_half_band,
@@ -315,6 +321,8 @@ def evaluate_discharge(
         evaluation=result,
         vessel=vessel,
     )
+
+    # The result refuses to write where there is no curve; whether a file may be replaced is settled above.
     if out is not None:
         area.write(out, overwrite=True)
     return area

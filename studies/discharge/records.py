@@ -149,11 +149,15 @@ def _tests_of(given: Path) -> list[tuple[Path, Dialect | None]]:
     """Files of discharge tests, and how each is written, that a folder names; a file is one itself."""
     if given.name != FILE and not given.is_dir():
         return [(given, None)]
+
+    # A folder names its tests. One of another bench is refused alone, as its other keys are not known here.
     path = given if given.name == FILE else given / FILE
     data, file, all_faults = load_folder_file(path), str(path), list[Fault]()
     if data.get("bench") != BENCH:
         wrong = f"{quoted(data['bench'])} is no discharge test" if "bench" in data else "is not given"
         raise InputError([Fault(file, "bench", wrong, f'write bench = "{BENCH}"')])
+
+    # From here on faults are gathered, so that one call names them all.
     all_faults += find_unknown_keys(file, "", data, ("bench", READ, "run"))
     read = take_read_table(file, READ, data, all_faults)
     common, wrong_dialect = read_stated_dialect(file, READ, read, tuple(COLUMNS), is_timed=True)
@@ -164,6 +168,8 @@ def _tests_of(given: Path) -> list[tuple[Path, Dialect | None]]:
             Fault(file, "run", "no list of runs", 'give each test a table [[run]] with data = "p040.csv"')
         )
         runs = []
+
+    # The tests, each with its own [read] over that of the folder.
     tests: list[tuple[Path, Dialect | None]] = []
     for number, run in enumerate(runs, 1):
         section = f"run {number}"

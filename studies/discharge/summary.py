@@ -95,6 +95,8 @@ def discharge_lines(result: Discharge, data: dict[str, Any]) -> Iterator[Table |
     ]
     header = ("test", "p_ini [kPa abs]", "noise [kPa]", "used until [ms]", "largest half band [mm2]")
     yield table_of("Discharge tests", header, rows)
+
+    # The area of the open valve; a refusal takes the place of its numbers, which are NaN then.
     area, half = data["effective_area_mm2"], data["effective_area_half_band_mm2"]
     if result.refusal:
         yield result.refusal
@@ -103,6 +105,8 @@ def discharge_lines(result: Discharge, data: dict[str, Any]) -> Iterator[Table |
         yield f"effective area {area:.4g} ± {half:.2g} mm2 (95 %{noise_alone})"
         opens, is_open, end = (data[key] for key in ("opens_ms", "open_ms", "cut_off_ms"))
         yield f"opens after {opens:.3g} ms, open at {is_open:.3g} ms, reported until {end:.3g} ms"
+
+    # What the area rests on: the heat from the wall, the agreement of the tests, and where they are cut off.
     yield _heat_line(result, data["heat"])
     collapse = result.collapse
     if collapse:
@@ -112,6 +116,8 @@ def discharge_lines(result: Discharge, data: dict[str, Any]) -> Iterator[Table |
             f"{collapse.within_bands:.0%} of points within their bands"
         )
     yield f"cut-off: {data['cut_off_rule']}"
+
+    # The options that run the valve with the curve, as far as there is one.
     if not result.refusal:
         yield f"{data['curve']}: use with --set valve.solenoid.opening_curve={data['curve']}"
         yield f"and --set 'valve.solenoid.effective_area={area:.5g} mm^2'"

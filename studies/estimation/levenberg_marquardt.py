@@ -118,6 +118,8 @@ def descend(
     x = np.clip(start, residuals.low, residuals.high)
     if errors is None or not np.array_equal(x, start):
         errors = residuals.at(x)
+
+    # Sensitivities from nearby spare an evaluation for each parameter; only those of the start itself are fresh.
     fresh = jacobian is None or is_exact
     steps = first_steps(len(x)) if steps is None else steps
     if jacobian is None:
@@ -125,6 +127,9 @@ def descend(
     damping, before = 1e-3, np.inf
     for number in range(MAX_STEPS):
         step, promise = _step(residuals, x, errors, jacobian, damping)
+
+        # The ends of a descent. Fresh sensitivities alone prove a minimum; the other ends spare the evaluations of a
+        # way that leads to a known minimum, or nowhere below the limit.
         if promise < converged and fresh:
             return Fitted(x, errors, jacobian, True, steps)
         cost = float(errors @ errors)
@@ -132,16 +137,23 @@ def descend(
             return Fitted(x, errors, jacobian, False, steps)
         if number and promise < least_promise * (cost - limit):
             return Fitted(x, errors, jacobian, False, steps)
+
+        # Stale sensitivities that promise nothing, or little less than before, are taken anew: they hide larger falls.
         if not fresh and (promise < converged or (promise > CREEPING * before and damping < UNDAMPED)):
             jacobian, steps = residuals.jacobian(x, errors, steps)
             fresh = True
             continue
+
+        # The trial. A step at which a simulation ends early counts as one that keeps nothing of its promise.
         before = promise
         try:
             tried = residuals.at(x + step)
             fall = errors @ errors - tried @ tried
         except EndedEarly:
             fall = -np.inf
+
+        # A step that keeps enough of its promise is taken, and Broyden's rule keeps the sensitivities up. Otherwise
+        # stale sensitivities are blamed first, and the length of the step only where they are fresh.
         if fall > 0.1 * promise:
             jacobian = jacobian + np.outer(tried - errors - jacobian @ step, step) / (step @ step)
             x, errors, fresh = x + step, tried, False

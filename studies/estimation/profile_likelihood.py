@@ -107,10 +107,13 @@ def find_end(likelihood: Likelihood, j: int, side: int) -> End:
     slopes = covariance[:, j] / covariance[j, j]
     inner, outer, known = (0.0, 0.0), (inf, inf), [best]  # away from the optimum, deviations there
     for _ in range(MAX_POINTS):
+        # Without further simulations, the curvature at the optimum has to say where the end is.
         if likelihood.is_spent():
             if abs(linear) >= abs(limit):
                 return End(best[j] + limit, EndKind.FROM_CURVATURE_OPEN, best)
             return End(best[j] + linear, EndKind.FROM_CURVATURE, best)
+
+        # The next point of the profile, no farther than the bound. A smaller sum of squares there ends the search.
         if abs(away) >= abs(limit):
             away = limit
         point, other, is_reached = _held(likelihood, known, slopes, j, best[j] + away)
@@ -119,6 +122,9 @@ def find_end(likelihood: Likelihood, j: int, side: int) -> End:
         deviations = np.sqrt(max(other - cost, 0.0))
         if abs(deviations - DEVIATIONS) < likelihood.close:
             break
+
+        # It narrows the bracket from inside or from outside. A point that was not reached has too large a sum of
+        # squares: its deviations are no guide to the next one.
         if is_reached:
             known.append(point)
         if deviations < DEVIATIONS:
@@ -127,6 +133,9 @@ def find_end(likelihood: Likelihood, j: int, side: int) -> End:
             inner = abs(away), deviations
         else:
             outer = abs(away), deviations if is_reached else inf
+
+        # The next place: in proportion to the deviations until a point lies outside, then along the straight line
+        # across the bracket, or in its middle where there is no such line.
         if outer[0] == inf:
             size = abs(away) * min(DEVIATIONS / max(deviations, 1e-3), 10.0)
         elif outer[0] - inner[0] < SHARP * outer[0]:  # it jumps here

@@ -189,6 +189,8 @@ class Team:
             raise RuntimeError("the team has gone")
         waiting, suspects, is_broken = list(items), [], False
         running: dict[Future, Counted] = {}
+
+        # The processes of an earlier stage serve again; they start here where there are none.
         pool = self._pool = self._pool or _Pool(self.jobs)
         while running or (waiting and not is_broken):
             # One waits, so that no worker stands idle while this process is busy with what was yielded.
@@ -203,6 +205,8 @@ class Team:
                     raise Died(f"no worker process can be started: {why}; free memory, or try --jobs 1") from error
                 else:
                     del waiting[0]
+
+            # One death breaks the whole pool, and nothing tells whose it was: all that was running is under suspicion.
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
                 try:
@@ -213,6 +217,8 @@ class Team:
                     suspects.append((item, deaths + 1))
                 else:
                     yield running.pop(future)[0], result
+
+        # A broken pool takes no more tasks. It goes, so that the next call starts another.
         if is_broken:
             self._dismiss()
         return waiting, suspects

@@ -72,6 +72,8 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
     """
     arrays = figure_arrays(discharge)
     pooled, tests = arrays["pooled"], arrays["tests"]
+
+    # What the axis of the areas has to hold: the curves, whose bands may be cut off.
     highest = [arrays["full_area"] * 1.25, *(1.05 * test["area"].max() for test in (*tests, pooled))]
     in_percent = 100.0 / arrays["full_area"]
     figure, (above, below) = open_column(2, SIZE, height_ratios=(3, 2))
@@ -82,8 +84,12 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
             low, area, high = (scale * (test[name] - zero) for name in ("low", "area", "high"))
             axis.fill_between(time, low, high, color=colour, alpha=0.18, lw=0.0)
             axis.plot(time, area, color=colour, lw=1.2, ls=style, label=test["name"])
+
+    # A single test is all tests together, so that a line of these would lie on its own.
     if len(tests) > 1:
         above.plot(pooled["knots"] * 1e3, pooled["area"] * 1e6, label="all together", **DASHED)
+
+    # The area that emptied the vessel, where it is known; the error ends with what all tests together report.
     if true_area is not None:
         fine = np.linspace(0.0, max(test["knots"][-1] for test in tests), 2000)
         above.plot(fine * 1e3, true_area(fine) * 1e6, color=RED, lw=1.0, label="the model's")
@@ -91,6 +97,8 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
         error = 100.0 * (true_area(fine) - np.interp(fine, pooled["knots"], pooled["area"])) / arrays["full_area"]
         within = fine <= pooled["knots"][-1]
         below.plot(fine[within] * 1e3, error[within], color=RED, lw=1.0)
+
+    # What both panels say; the title warns of an area from which no curve follows.
     title = "bands: 95 %; no level that an open valve has" if discharge.refusal else "bands: 95 %"
     label_axes(above, y=("effective area", "mm²"), title=title)
     above.set_ylim(0.0, max(highest) * 1e6)
@@ -106,6 +114,8 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
             axis.set_xlim(0.0, 1e3 * end)
         label_axes(below, x=("time after the switch, logarithmic from the grey line on", "ms"))
     below.set_ylabel(f"{'from all together' if len(tests) > 1 else 'band'}\n[% of full area]")
+
+    # The lower panel is scaled by the bands but for their widest twentieth, which would flatten all the rest.
     half = 100.0 * max(np.quantile(test["high"] - test["area"], 0.95) for test in tests) / arrays["full_area"]
     below.set_ylim(-1.5 * half, 1.5 * half)
     return figure

@@ -126,6 +126,8 @@ def _plot_frictions(frictions: FrictionMap) -> Figure:
     """Plot where the statements on Figs. 9 to 11 hold, over friction and the solenoids' area."""
     figure, panels = open_panels(2, 3, (9.2, 6.4), sharex=True, sharey=True)
     colours = matplotlib.colormaps["Blues"].resampled(MAP_SHADES)
+
+    # The axes count cells, as areas and frictions are not evenly spaced; published values are brought to that count.
     columns, rows = np.arange(len(frictions.areas)), np.arange(len(frictions.frictions))
     published, *searched = np.interp((PAPERS, *SEARCHED), frictions.frictions, rows)
     for axis, statement in zip(panels.flat, STATEMENTS, strict=True):
@@ -137,10 +139,14 @@ def _plot_frictions(frictions: FrictionMap) -> Figure:
         axis.grid(False)
         axis.set_xticks(columns, [f"{area:g}" for area in frictions.areas * 1e6], fontsize=8)
         axis.set_yticks(rows, [f"{friction:g}" for friction in frictions.frictions])
+
+    # Names stand at the outer panels alone, as all of them share their axes.
     for axis in panels[:, 0]:
         label_axes(axis, y=("viscous friction", "N s/m"))
     for axis in panels[-1]:
         label_axes(axis, x=("effective area", "mm²"))
+
+    # What was varied and what the red marks are, in words: there is no legend.
     ramps, temperatures = (
         ", ".join(f"{value:g}" for value in axis) for axis in (frictions.ramps * 1e3, frictions.temperatures)
     )
@@ -150,6 +156,8 @@ def _plot_frictions(frictions: FrictionMap) -> Figure:
         f"{pressures[-1]:.1f} MPa gauge. Red: the published {PAPERS:g} N s/m; hatched: its search",
         fontsize=10,
     )
+
+    # All panels have the scale from 0 to 1, so that the colours of the last one stand for all.
     label = f"share of ramps ({ramps} ms) and temperatures ({temperatures} K)"
     figure.colorbar(shares, ax=panels, label=label, aspect=35)
     return figure

@@ -112,6 +112,8 @@ def _plot_fronts(v: Columns, titles: Titles, spacing: float, cost: float) -> Fig
             unbraked = v[f"{stroke}_seating_speed"][run]
             axis.plot(0.0, unbraked, "o", color=colour, ms=5, clip_on=False, zorder=3)
             axis.axhline(v[f"{stroke}_lowest_speed"][run], color=colour, lw=0.8, ls=":")
+
+            # A thin line for edges at any spacing, a wide one for those that the solenoids can follow.
             for limit, width in (("any", 1.4), ("within", 3.0)):
                 front = v[f"{stroke}_{limit}_spacing_front_speed"][run]
                 label = f"{stroke}, edges " + ("at any spacing" if limit == "any" else f"{spacing:.3g} ms apart")
@@ -119,17 +121,25 @@ def _plot_fronts(v: Columns, titles: Titles, spacing: float, cost: float) -> Fig
                     continue
                 look = {"color": colour, "ls": STROKE_STYLES[stroke], "lw": width}
                 axis.plot(added, front, drawstyle="steps-post", label=label, **look)
+
+                # The axis ends soon after the last gain: more time than that softens nothing.
                 changes = np.flatnonzero(np.diff(front) < 0.0)
                 last = max(last, added[changes[-1] + 1] if len(changes) else 0.0)
+
+        # A reader would look for the wide lines: the note says that there are none.
         if all(np.isnan(v[f"{stroke}_within_spacing_front_speed"][run]).all() for stroke in STROKES):
             note = f"edges {spacing:.3g} ms apart:\nno brake lowers it"
             axis.text(0.93, 0.68, note, transform=axis.transAxes, ha="right", bbox={"fc": "white", "ec": "none"})
         axis.axvline(cost, color="0.4", lw=0.9, ls="--")
         label_axes(axis, x=("time added to the stroke", "ms"))
         axis.set_xlim(0.0, 1.15 * last)
+
+    # The panels share the y axis, so that the first one sets it for all; 0.1 m/s where there is no speed to show.
     highest = max(np.nanmax(v[f"{stroke}_seating_speed"], initial=0.1) for stroke in STROKES)
     label_axes(axes[0, 0], y=("seating speed", "m/s"))
     axes[0, 0].set_ylim(0.0, 1.05 * highest)
+
+    # A line that several panels have gets one entry; entries for what is drawn without a label follow.
     drawn = [axis.get_legend_handles_labels() for axis in axes[0]]
     handles = {label: handle for pair in drawn for handle, label in zip(*pair, strict=True)}
     handles["unbraked"] = legend_handle(color="0.3", marker="o", ls="", ms=5)
@@ -176,6 +186,8 @@ def draw_over_spacing(axis: Axes, v: Columns, titles: Titles, spacing: float, co
 def _plot_traces(v: Columns, titles: Titles, stroke: str, dwell: float) -> Figure:
     """Plot commands of both solenoids, lift and speed of a stroke, without a brake and with the softest one."""
     figure, axes = _open(titles, 4, 7.0, sharex=True, sharey="row", height_ratios=(0.8, 0.8, 1.6, 1.6))
+
+    # Time counts from the stroke's own command and speed towards its stop, so that both strokes read alike.
     command, sign = (0.0, 1.0) if stroke == "opening" else (dwell, -1.0)
     time = 1e3 * v["time"] - command
     last = 0.0
@@ -186,6 +198,9 @@ def _plot_traces(v: Columns, titles: Titles, stroke: str, dwell: float) -> Figur
         for name, colour, width in (("unbraked", "0.55", 1.2), ("braked", "C3", 1.6)):
             if name == "braked" and not edges:
                 continue
+
+            # The command is drawn with the brake only. A solenoid that the brake does not switch
+            # has the one edge of the stroke.
             for row, solenoid in enumerate("ab"):
                 if name == "braked":
                     braking = edges if v[f"{prefix}_solenoids"][run] in (0, row + 1) else []
@@ -196,6 +211,8 @@ def _plot_traces(v: Columns, titles: Titles, stroke: str, dwell: float) -> Figur
             axes[2, column].plot(time, 1e3 * v[f"{name}_lift"][run], color=colour, lw=width)
             axes[3, column].plot(time, sign * v[f"{name}_velocity"][run], color=colour, lw=width)
         axes[3, column].set_xlabel(f"time after the command [ms], {stroke}")
+
+    # All panels share the time, and those of a row the y axis. Room below zero shows a piston that turns back.
     axes[0, 0].set_xlim(-0.5, last)
     peak = max(np.nanmax(sign * v["unbraked_velocity"]), 0.1)
     axes[3, 0].set_ylim(-0.15 * peak, 1.1 * peak)
@@ -203,6 +220,8 @@ def _plot_traces(v: Columns, titles: Titles, stroke: str, dwell: float) -> Figur
         axes[:, 0], ("solenoid A [-]", "solenoid B [-]", "lift [mm]", "speed to the stop [m/s]"), strict=True
     ):
         axis.set_ylabel(label)
+
+    # The lines bear no labels, as each is drawn in several panels: the legend has lines of its own.
     handles = (
         legend_handle(color="0.55", lw=1.2),
         legend_handle(color="C3"),
@@ -229,13 +248,19 @@ def _plot_robustness(v: Columns, titles: Titles) -> Figure:
                     speed = v[f"{prefix}_speed_at"][run][:, number]
                     stays = v[f"{prefix}_stays_at"][run][:, number] == 1
                     axis.plot(100.0 * (factors - 1.0), speed, color=colour, lw=0.9, ls=style)
+
+                    # Filled and hollow points are drawn apart, as one line has one colour of faces.
                     for chosen, face in ((stays, colour), (~stays, "white")):
                         points = {"marker": marker, "ls": "", "ms": 5, "mec": colour, "mfc": face}
                         axis.plot(100.0 * (factors - 1.0)[chosen], speed[chosen], **points)
         row[0].set_ylabel(f"seating speed, {stroke} [m/s]")
     for axis in axes[-1]:
         label_axes(axis, x=("gauge pressure off by", "%"))
+
+    # All panels share both axes, so that one of them sets limits and ticks for all.
     axes[0, 0].set(ylim=(0.0, None), xticks=np.round(100.0 * (factors - 1.0)))
+
+    # The legend explains colours and markers each by themselves, not every pair of them.
     handles = {"unbraked": legend_handle(color="0.55", lw=1.0)}
     handles |= {kind: legend_handle(color=colour, ls=style) for kind, (colour, style) in BRAKES.items()}
     for offset, marker in zip(offsets, MARKERS, strict=True):

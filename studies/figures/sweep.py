@@ -186,14 +186,20 @@ def _plot_torque_and_air(
         left.plot(x, torque, ms=3.5, label=NAMES[name], **line)
         left.plot(x, v["indicated_torque_Nm"].values[runs], **dashed)
         right.plot(x, air, ms=3.5, **line)
+
+        # Hollow markers are drawn over the filled ones, so that the line of an actuation stays whole.
         for axis, values in ((left, torque), (right, air)):
             axis.plot(x[incomplete[runs]], values[incomplete[runs]], **line | HOLLOW)
         right.plot(x, v["indicated_specific_air_kg_per_kWh"].values[runs], **dashed)
+
+    # Styles have entries of their own in grey, as the colours stand for the actuations.
     draw_zero(left)
     add_legend_entry(left, "brake")
     add_legend_entry(left, "indicated", lw=1, ls="--")
     if incomplete.any():
         add_legend_entry(left, "hollow: incomplete stroke", marker="o", **HOLLOW)
+
+    # Names and limits. The axis of specific air has a fixed end, as that grows without bound near zero work.
     label_axes(left, y=("torque", "N m"), title="Torque")
     label_axes(right, y=("specific air", "kg/kWh"), title="All air, control air counted, over work")
     right.set_ylim(0.0, MAX_SPECIFIC_AIR)
@@ -266,6 +272,8 @@ def plot_cycle(archive: Archive, speed_rpm: float = 1000.0) -> Figure:
     'One cycle at 900 r/min'
     """
     v = archive.variables
+
+    # The cycle from `TRACE_START` on, wherever its rows begin; the last row is the first one, a turn later.
     order = np.argsort((v["crank_angle"].values[:-1] - TRACE_START) % 360.0, kind="stable")
     angle = (v["crank_angle"].values[order] - TRACE_START) % 360.0 + TRACE_START
     figure, panels = open_column(3, (7.4, 7.0))
@@ -280,10 +288,14 @@ def plot_cycle(archive: Archive, speed_rpm: float = 1000.0) -> Figure:
         at_speed = f" at {v['speed_rpm'].values[run]:g} r/min"
         lift.plot(angle, v["lift"].values[run, order] * 1e3, label=NAMES[name], **look)
         cylinder.plot(angle, v["cylinder_pressure"].values[run, order] / 1e6, **look)
+
+        # Only the electro-pneumatic valve has chambers.
         if name.startswith("epv"):
             for letter, style in (("a", "-"), ("b", "--")):
                 pressure = v[f"pressure_{letter}"].values[run, order] / 1e6
                 chambers.plot(angle, pressure, ls=style, **look)
+
+    # What the panels say; they share the x axis, which the lowest one sets for all.
     label_axes(lift, y=("intake lift", "mm"), title=f"One cycle{at_speed}")
     label_axes(chambers, y=("chamber pressure", "MPa abs"))
     if chambers.lines:
@@ -294,6 +306,8 @@ def plot_cycle(archive: Archive, speed_rpm: float = 1000.0) -> Figure:
     cylinder.set_xticks(np.arange(TRACE_START, TRACE_START + 361.0, 45.0))
     for axis in panels:
         axis.set_ylim(bottom=0.0)
+
+    # Actuations are explained by the lift, which all of them have, and styles by the chambers.
     handles = lift.get_legend_handles_labels()[0] + chambers.get_legend_handles_labels()[0]
     add_figure_legend(figure, handles)
     return figure

@@ -281,11 +281,15 @@ class Explanation:
         make_folder(folder, overwrite)
         if progress:
             progress("writing the report", 0, 1)
+
+        # The machine and its sensors. An earlier verdict's readings do not stay beside a machine that they are not of.
         write_file(folder / "machine.toml", extend_machine(self, data, folder))
         if sensors := write_sensors(self, data):
             write_file(folder / "sensors.toml", sensors)
         else:
             remove_file(folder / "sensors.toml")
+
+        # Figures and page share one comparison, as every signal is simulated for it.
         compared = compare_signals(self)
         for name in ("figures", "petab_select"):
             make_folder(folder / name, overwrite=True)
@@ -295,8 +299,12 @@ class Explanation:
             compared, compare_candidates(self), describe_added(self), ambient, folder / "figures", latent
         )
         write_file(folder / "report.html", render_page(self, data, compared, figures))
+
+        # The models that were searched, for other programs.
         for name, text in export_model_space(self).items():
             write_file(folder / "petab_select" / name, text)
+
+        # The verdict last, as its computing time counts the writing of all else.
         data["wall_time_s"] += time.perf_counter() - start
         write_file(folder / "verdict.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
         return data

@@ -256,12 +256,18 @@ def fit(
     faults = [] if method in METHODS else [("method", f"{method!r} is none", f"write {' or '.join(METHODS)}")]
     machine, measured, _ = open_measured("fit", machine, measured, bench=VALVE, faults=faults)
     released = free_parameters(machine, free, method, ("fit()", "free"))
+
+    # The search. What a free parameter would explain of the data is a warning here, and refuses nothing.
     start = time.perf_counter()
     doubts = refuse_faults(machine, measured, [one.key for one in released])
     report = (lambda done, total: progress("simulations", done, total)) if progress else None
     found = identify(machine, measured, released, method, report)
+
+    # The runs of other roles, by the fitted machine: they were kept from the fit to judge it.
     gates, checks = (judge(found, measured, released, measured.of(role)) for role in (GATE, CHECK))
     wall_time_s = time.perf_counter() - start
+
+    # A gate that judges nothing has to be named, else it would count as passed.
     silent = [one.run for one in gates if isnan(one.residual_over_noise)]
     warnings = [f"{run}: a gate without lift or chamber pressures judges nothing" for run in silent]
     return Fit(

@@ -100,6 +100,7 @@ def identify(
     def is_spent() -> bool:
         return counter.number >= MAX_SIMULATIONS * len(residuals.runs) * len(free)
 
+    # The genetic algorithm has no sensitivities, and so neither covariance nor intervals.
     if method == Method.GENETIC:
         x = minimise_genetically(residuals)
         differences = find_differences(residuals, x)
@@ -114,10 +115,14 @@ def identify(
             warnings=[*warnings, "the genetic algorithm states no uncertainty"],
             converged=True,
         )
+
+    # The best of several starts by a rough noise: the noise proper is known only from what a good fit leaves.
     rough = residuals.with_noise(find_rough_noise(residuals.blocks, measured.noise))
     best = _deepest(rough, _starts(free), measured)
     noise, own, warnings = find_noise_left_over(residuals.blocks, find_differences(residuals, best.x), measured.noise)
     residuals = residuals.with_noise(noise)
+
+    # The fit by that noise, and its intervals. A better point on the way to their ends shows that this was no optimum.
     x = best.x
     for _ in range(MAX_RESTARTS):
         best = descend(residuals, x, steps=best.steps, converged=FINE)
@@ -127,6 +132,8 @@ def identify(
         if better is None:
             break
         x = better
+
+    # Whether the outcome is to be relied on: a fit at rest, residuals that are noise, ends that data hold.
     success = best.converged and better is None
     differences = find_differences(residuals, best.x)
     if not success:
@@ -141,6 +148,8 @@ def identify(
             f"stopped after {counter.number} simulations: intervals may be from the curvature at the optimum "
             "alone, which is not to be relied on; give narrower bounds or free fewer parameters"
         )
+
+    # The intervals, and which estimates may be confused; after a fit whose profile met a better point there are none.
     sigmas = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(sigmas, sigmas)
     together = np.sqrt(np.maximum(0.0, 1.0 - 1.0 / (np.diag(covariance) * np.diag(curvature))))

@@ -278,15 +278,20 @@ def limit_columns(
         values = [value(limit.timing) if limit.timing else nan for limit in limits]
         return column(np.array(values, dtype=float), unit, description)
 
+    # Only the pressure that the grid was laid over is a coordinate; the other one is a column like any other.
     pressures, temperatures, durations, controls = np.array(grid).T
     over_supply, over_control = (pressure_axis == name for name in PRESSURE_AXES)
     speeds = np.array([limit.limit for limit in limits])
     fails = np.array([limit.fails for limit in limits])
     supplies = list(zip(pressures, temperatures, controls, strict=True))
+
+    # The window that was met at the limit: each end of it may stand 0.5 deg off what was asked for, see `judged`.
     opened = [
         limit.timing.machine.command.close_target - limit.timing.machine.command.open_target if limit.timing else nan
         for limit in limits
     ]
+
+    # Conditions come first, then the limits, what the design rule makes of them, and the commands at the limit.
     return {
         "run": run_axis(len(grid)),
         "point": point_column(kinds),

@@ -239,6 +239,8 @@ def limit_map(
     own = *machine.supply.control(), (machine.command.release - machine.command.energise) / TURN
     grid, kinds = with_own(list(product(pressures, temperatures, duties)), own)
     points = [(run, with_control_air(machine, p, t), duty) for run, (p, t, duty) in enumerate(grid)]
+
+    # Results come in any order; a point whose worker process died keeps NaN, and is known by its outcome.
     limits = [Limit(nan, nan, 0)] * len(grid)
     outcomes = np.full(len(grid), DIED, dtype=np.int8)
     tasks = run_tasks(_limit_at, points, workers_for(SECONDS_A_POINT * len(grid), jobs))
@@ -247,10 +249,13 @@ def limit_map(
             limits[run], outcomes[run] = result, NONE if np.isnan(result.limit) else FOUND
         if report:
             report(done + 1, len(grid))
+
+    # What the limits mean for an engine: the shortest window between its targets, to which the design rule is fitted.
     limit, opened = np.array([(each.limit, each.open_time) for each in limits]).T
     windows = TURN * limit * opened - 2.0 * WITHIN
     supplies = [(p, t) for p, t, _ in grid]
 
+    # The archive: conditions, limits, and what the design rule makes of them.
     variables = {
         **supply_columns(grid),
         "point": point_column(kinds),

@@ -83,6 +83,8 @@ def read_columns(
     ([500000.0, 490000.0], [])
     """
     file = str(path)
+
+    # Header, columns and cells. Where the file is no table, there is nothing to say of single columns.
     try:
         layout = find_layout(path, dialect, tuple(declared))
         places, faults = _places_of(file, layout, dialect, declared)
@@ -97,6 +99,8 @@ def read_columns(
     columns: dict[str, np.ndarray] = {}
     axis, axis_numbers, axis_unit = due[0], np.empty(0), ""
     rows_below = len(next(iter(numbers.values()), ()))
+
+    # Each column by itself, so that a fault of one hides none of the others; first, whether it is there, and once.
     for name, expected in declared.items():
         matching = [place for place in places if place.name == name]
         scale, offset = dialect.scales.get(name), dialect.offsets.get(name)
@@ -130,6 +134,8 @@ def read_columns(
                 hints.append(f"{path.name}: {name}: clock times are read as seconds since the first row")
                 axis_numbers, axis_unit = columns[name], "s"
                 continue
+
+            # To SI, by unit, scale and offset; then whether a mark of its decimals may be one of thousands.
             if named is None:
                 raise InvalidValue("has no unit", form)
             if dialect != PLAIN and not scale:
@@ -145,6 +151,8 @@ def read_columns(
                 axis_numbers, axis_unit = values, split_kind(named)[0]
         except InvalidValue as wrong:
             faults.append(Fault(file, name, wrong.wrong, wrong.right))
+
+    # The rows, where all columns are right. Those without a place on the axis go before the order is judged.
     if faults or axis not in columns:
         return Columns(columns, names, faults, hints)
     if lines := find_ignored_lines(path, layout):
@@ -194,6 +202,8 @@ def _places_of(
     places: list[_Place] = []
     faults: list[Fault] = []
     taken: set[int] = set()
+
+    # Columns that [read] names are taken first, whatever their header says.
     for name, theirs in dialect.columns.items():
         matching = _matching(headers, theirs)
         if len(matching) == 1:
@@ -208,11 +218,14 @@ def _places_of(
         else:
             known = ", ".join(f"{header!r}" for header in headers if header) or f"columns 1 to {len(headers)}"
             faults.append(Fault(file, name, f"there is no {what}", f"the file has {known}"))
+
+    # The others by their headers, which a file may lack. What nobody passes over may be one of ours.
     if not dialect.header:
         return places, faults
     passed = {at for theirs in dialect.ignore for at in _matching(headers, theirs)}
     for at, header in enumerate(headers):
         if at not in taken and at not in passed:
+            # Our own form of a header goes first, then a laboratory's, then ours with brackets that hold no unit.
             name, named = split_header(header)
             if name not in declared and split_name(header)[0] in declared:
                 name, named = split_name(header)

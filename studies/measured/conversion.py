@@ -154,12 +154,17 @@ def convert(
         source, due, by = unit(body), unit(due_name), unit(scale.unit if scale else "")
     except InvalidValue as wrong:
         raise InvalidValue(wrong.wrong, right) from None
+
+    # The dimensions first: what is added depends on whether the numbers have the right one already.
     if _multiply_dimensions(source, by) != due.dimension:
         if not scale:
             raise InvalidValue(f"{quoted(given)} is no unit of {name}", right)
         form = f'unit.{name} is that of the file, before the scale, e.g. "V" with scale.{name} = "2 {due_name}/V"'
         by_what = quoted(scale.unit) if scale.unit else "a bare number"
         raise InvalidValue(f"{quoted(body)} times {by_what} is no unit of {name}", form)
+
+    # What is added. Numbers of the right dimension have a zero, and an offset shifts it; what a sensor gives has none,
+    # and the offset says what 0 of it stands for.
     if source.dimension == due.dimension:
         if due_kind and not kind:
             raise InvalidValue(f"{quoted(given)} says neither gauge nor abs", f"{right}, or gauge")
@@ -175,6 +180,8 @@ def convert(
             raise InvalidValue(f"{quoted(given)} is no pressure", f'write unit.{name} = "{body}"')
         offset = offset or Measure(Fraction(0), due.si_text)
         shift = _read_value(name, offset, due, ambient_pressure if due_kind else None, zero)
+
+    # The factor is exact up to here, and is rounded once.
     factor = source.factor * scale.number * by.factor if scale else source.factor
     values = numbers * float(factor) + shift
     if np.any(np.isinf(values)):

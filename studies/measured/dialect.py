@@ -185,6 +185,8 @@ def read_dialect(
     reading = _Reading(file, section, table, names)
     faults = reading.faults
     faults += find_unknown_keys(file, section, table, KEYS)
+
+    # Every key is read, whatever is wrong with others: a wrong one leaves a fault, and its default in the dialect.
     separator = reading.word("separator", tuple(SEPARATORS))
     marks = reading.marks(section, table)
     dialect = Dialect(
@@ -206,6 +208,8 @@ def read_dialect(
         missing=reading.missing(),
         start=reading.start(is_timed=is_timed),
     )
+
+    # What keys say together is judged only where each is right: a default would be blamed in place of a wrong key.
     if not dialect.header and not faults:
         faults += _headless_faults(file, section, dialect)
     if not faults:

@@ -129,6 +129,8 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
     data, is_whole = read_head(path)
     encoding = dialect.encoding or guess_encoding(data, is_whole=is_whole)
     lines = _first_lines(path, encoding, dialect.skip_rows + MAX_PREAMBLE)
+
+    # The lines that may be header and rows. Lines are ignored below the header alone: it may begin with such a text.
     above = [number for number, line in enumerate(lines) if number >= dialect.skip_rows and line.strip()]
     ignored = ignored_pattern(dialect.ignore_lines)
     if ignored:
@@ -140,6 +142,9 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
     first = above[0]
     header = lines[first] if dialect.header else None
     rows = [lines[number] for number in above[dialect.header :]][: GUESSED_ROWS + 1]
+
+    # The separator, as stated or as the first rows show it. Marks of thousands belong to numbers, and rows may lack
+    # last columns: without both, the right separator would seem to make no table.
     thousands = {marks.thousands or "" for marks in (dialect.marks, *dialect.marks_by_column.values())}
     marks_of_thousands = "".join(sorted(thousands))
     count_tail = partial(_count_tail, names=names, dialect=dialect)
@@ -164,11 +169,15 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
     cells = [fit_cells(row, len(headers), optional) for row in cells]
     if dialect.header and not _is_header(headers, names, dialect):
         raise _no_table(lines, first, dialect, "".join(thousands))
+
+    # Where the numbers begin: a line of units between them and the header belongs to the header.
     first_line = first + 1 if dialect.header else dialect.skip_rows
     units = cells[0] if header is not None and cells and _is_unit_row(cells[0], len(headers)) else None
     if units:
         headers = [_with_unit(name, text) for name, text in zip(headers, units, strict=True)]
         first_line, cells = above[1] + 1, cells[1:]
+
+    # The decimal mark, by the cells. Without a header, commas may be separators or decimal marks.
     decimal = _guess_decimal(cells, separator, dialect)
     if dialect.separator is None and header is None and separator == "," and not is_quoted:
         _refuse_two_readings(cells)

@@ -207,6 +207,7 @@ class _EngineRun:
 
     def __call__(self, times: np.ndarray) -> dict[str, Any]:
         """Channels, (n,) arrays by sensor, and means; every turn is like the other."""
+        # Instants of any turn, brought into one and sorted: the rows of a march ascend within a turn.
         speed = self.run.speed
         period = TURN / speed
         times = times % period
@@ -221,15 +222,21 @@ class _EngineRun:
             start=self.start,
             estimate_error=False,
         )
+
+        # What the sensors see, back in the order of the instants; means stay NaN where the march has failed.
         self.failed = run.status != Status.DONE or not run.orbit.converged
         self.known = run.orbit.known
         trace = np.empty_like(run.trace)
         trace[order] = run.trace
         traces = [sensor for sensor in self.sensors if sensor not in MEANS]
         shown = _shown(traces, ENGINE_COLUMNS, trace, self.failed) | dict.fromkeys(set(self.sensors) & set(MEANS), nan)
+
+        # The marks are found when they are asked for; a failed march has none.
         self.find_marks = partial(dict, dict.fromkeys(("energise", *NEVER), nan))
         if not self.failed:
             self.find_marks = partial(_engine_marks, self.machine, run)
+
+        # The means are of the whole cycle, which the ledgers know; the rows of the trace may be few.
         if not self.failed and len(shown) > len(traces):
             control, engine = control_ledger(run.end), engine_ledger(run.end)
             brake = engine.work - friction_pressure(run, peak_pressure(run)) * swept_volume(run.cycle.engine)

@@ -117,6 +117,8 @@ def read_measured(
     if bench is not None and bench not in BENCHES:
         arguments.fault("bench", f"{quoted(bench)} is no bench known here", f"write {' or '.join(BENCHES)}")
     arguments.refuse()
+
+    # A folder of a bench that is of no use is refused alone, before any of its other keys are judged.
     path = Path(folder) / FILE
     data = load_folder_file(path)
     all_faults: list[Fault] = []
@@ -124,6 +126,8 @@ def read_measured(
     if bench and given in BENCHES and given != bench:
         right = f'give a folder with bench = "{bench}"'
         raise InputError([Fault(file, "bench", f"is the {given}'s; this command takes the {bench}'s alone", right)])
+
+    # From here on faults are gathered. Where no bench is named, the likely one stands in for it, so that this goes on.
     all_faults += find_unknown_keys(file, "", data, TOP_KEYS)
     if given not in BENCHES:
         wrong = f"{quoted(given)} is no bench known here" if "bench" in data else "is not given"
@@ -131,6 +135,8 @@ def read_measured(
         right = f"write bench = {', '.join(others)} or {last}" if others else f"write bench = {last}"
         all_faults.append(Fault(file, "bench", wrong, right))
         given = bench or VALVE
+
+    # What holds for all runs: their noise, what the rig is known to, how it scatters, and how files are written.
     known = Bench(given)
     sensors = SENSORS[known]
     noise = _noise(file, data.get("sensor", {}), sensors.traces | sensors.means, all_faults)
@@ -142,6 +148,8 @@ def read_measured(
     is_timed = sensors.axis == TIME
     common, dialect_faults = read_stated_dialect(file, READ, read, names, is_timed=is_timed)
     all_faults += dialect_faults
+
+    # The runs, each with its own [read] over that of the folder. By a wrong one no file is read.
     hints: list[str] = []
     masked: list[Masked] = []
     tables = data.get("run")
@@ -162,6 +170,9 @@ def read_measured(
             all_faults += dialect_faults
         runs.append(_run(path, section, run, known, above, dialect, all_faults, hints, masked))
         masked = [*masked[:before], *(each._replace(run=number - 1) for each in masked[before:])]
+
+    # Only what is right is cut into repeats. A record of a cylinder becomes several runs, which changes the numbers of
+    # those behind it, and so those of what is masked.
     if all_faults:
         raise InputError(all_faults)
     repeats: list[MeasuredRun] = []
@@ -215,6 +226,8 @@ def _run(
     """A run; None if it is wrong, which all_faults say. Without a dialect its file is not read."""
     file, before, sensors = str(path), len(all_faults), SENSORS[bench]
     all_faults += find_unknown_keys(file, section, given, (*TEXT_KEYS, *sensors.keys, READ))
+
+    # What is due, and the value of each key. A wrong one stays NaN, and the others are read all the same.
     values: dict[str, Any] = dict.fromkeys(sensors.keys, nan) | {"role": 0}
     for key in sensors.due:
         if key not in given:
@@ -228,12 +241,16 @@ def _run(
             except InvalidValue as wrong:
                 shown = EXAMPLES[key]
                 all_faults.append(make_fault(file, f"{section}.{key}", wrong, declaration, shown, ambient_pressure))
+
+    # Texts have no declaration that would check them.
     for key in TEXT_KEYS:
         if key in given and not (isinstance(given[key], str) and given[key].strip()):
             right = f'write {key} = "p040{".csv" * (key == "data")}"'
             all_faults.append(Fault(file, f"{section}.{key}", f"{quoted(given[key])} is no text", right))
     if bench == ENGINE:
         all_faults += _engine_faults(file, section, given, values)
+
+    # The file, even where keys are wrong: all faults of a run are to be said at once.
     columns: dict[str, np.ndarray] = {}
     if dialect and isinstance(given.get("data"), str):
         try:
@@ -244,6 +261,8 @@ def _run(
             masked += lost
         except InvalidValue as wrong:
             all_faults.append(Fault(file, f"{section}.data", wrong.wrong, wrong.right))
+
+    # Faults of the runs before this one are no reason to leave it out.
     if len(all_faults) > before or dialect is None:
         return None
     return _run_of(given, section, bench, values, columns)
@@ -271,12 +290,16 @@ def _run_of(
     """A run, made of what was read."""
     data, role = given.get("data", ""), ROLES[values.pop("role")]
     name, supply, temperature = given.get("name", data or section), values["supply"], values["temperature"]
+
+    # What the traces stand over, and what is given of a cylinder, are no channels: they are taken out of the columns.
     if bench == VALVE:
         return MeasuredRun(name, data, supply, temperature, values["pulse"], role, columns.pop(TIME), columns)
     if bench == CYLINDER:
         given_columns = {column: columns.pop(column) for column in SENSORS[bench].given}
         times = columns.pop(TIME)
         return MeasuredRun(name, data, supply, temperature, nan, role, times, columns, bench, given=given_columns)
+
+    # A run of an engine may have means alone: then it has no angles.
     angles = columns.pop(ANGLE, NO_ANGLES)
     return MeasuredRun(
         name,
@@ -308,12 +331,16 @@ def _columns(
     columns, names, wrong, hints, over_range, is_counted = read_columns(
         path, declared, (axis, *sensors.given), ambient_pressure, right=example, dialect=dialect
     )
+
+    # What nobody knows among the columns, and what is wrong with those that are known.
     unknown = find_unknown_keys(file, "", [name for name in names if name not in sensors.computed], declared)
     faults = list(dict.fromkeys([*(_name_unknown(fault, dialect) for fault in unknown), *wrong]))
     if not sensors.given:
         faults += find_unknown_start(file, axis, dialect, is_counted=is_counted)
     if not wrong and not sensors.traces.keys() & columns.keys():
         faults.append(Fault(file, "", "no column of a sensor", f'name one in the header, e.g. "{sensor}"'))
+
+    # The values are judged only where all columns are right, and with the command at 0.
     if not faults:
         columns[axis] = shift_to_start(columns[axis], dialect)
         faults += [
@@ -322,6 +349,9 @@ def _columns(
             *_turned_velocity(file, columns[axis], columns),
             *_impossible_cells(file, columns, sensors),
         ]
+
+    # Masked before it is thinned: a mean would spread a disturbance over good samples. What is over range is flagged
+    # row by row, as the file has them.
     masked: list[Masked] = []
     if not faults:
         if not sensors.given:  # else samples are averaged over cells of the stroke, all columns alike

@@ -83,11 +83,15 @@ def find_disorder(
     wrong = np.flatnonzero(steps <= 0.0)
     if not len(wrong):
         return None
+
+    # From the surest reason on: too few rows to tell any, then all of them turned round, then equal places.
     falls = np.flatnonzero(steps < 0.0)
     if len(places) < MIN_RECORD:
         return InvalidValue(f"does not rise in row {rows[wrong[0] + 1]}", "sort the rows, one of equals")
     if len(falls) == len(steps):
         return InvalidValue("falls from row to row", "turn the order of the rows round")
+
+    # Times that stand still but never fall: pairs of extremes look like times of too few digits, and are told first.
     if not len(falls) and len(wrong) >= MIN_EQUALS * len(steps):
         if _are_pairs_of_extremes(steps, others):
             right = "record without peak detection, or keep one row of each pair"
@@ -96,6 +100,8 @@ def find_disorder(
             "stands in several rows at once",
             'write it with more digits, or sample_interval = "0.02 ms" in [read] if the rows are evenly spaced',
         )
+
+    # Long stretches that each rise are several records in one file; short ones are rows in disorder.
     starts, ends = np.append(0, falls + 1), np.append(falls, len(steps))
     lengths = ends + 1 - starts
     if len(falls) and lengths.min() >= MIN_RECORD and np.all(places[ends[1:]] > places[starts[:-1]]):

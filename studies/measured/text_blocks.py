@@ -71,6 +71,7 @@ def blocks_of_lines(path: Path, encoding: str, size: int = BLOCK_BYTES) -> Itera
     `size` is how many bytes are read at once. Raises InvalidValue where the file cannot be read, is no such text, or
     has a line that no table has.
     """
+    # UTF-8 passes as the bytes that it is; any other encoding is decoded, and comes out as UTF-8.
     is_utf8 = encoding in ("utf-8", "utf-8-sig")
     decoder = None if is_utf8 else codecs.getincrementaldecoder(encoding)()
     waiting, lines = b"", 0
@@ -87,11 +88,15 @@ def blocks_of_lines(path: Path, encoding: str, size: int = BLOCK_BYTES) -> Itera
             if is_utf8 and not lines and not waiting:
                 text = text.removeprefix(codecs.BOM_UTF8)
             text = waiting + text
+
+            # A carriage return at the end of a block may be half of a line's end: it waits for the next block.
             if data and text.endswith(b"\r"):
                 cut = len(text) - 1
             else:
                 cut = len(text)
             text, waiting = text[:cut].replace(b"\r\n", b"\n").replace(b"\r", b"\n"), text[cut:]
+
+            # Only whole lines are given. A line may go over many blocks, and up to a limit it waits for its end.
             end = text.rfind(b"\n") + 1
             text, waiting = text[:end], text[end:] + waiting
             lines += text.count(b"\n")

@@ -92,6 +92,8 @@ def split_record(run: MeasuredRun, folder: str | PathLike[str] = "") -> list[Mea
     """
     if run.bench != CYLINDER:
         return [run]
+
+    # A row counts in all columns or in none: each mean of a cell is of the same samples.
     samples = {"time": run.times, **run.given, **run.channels}
     is_whole = np.all([np.isfinite(values) for values in samples.values()], axis=0)
     times, *_ = columns = [values[is_whole] for values in samples.values()]
@@ -99,17 +101,23 @@ def split_record(run: MeasuredRun, folder: str | PathLike[str] = "") -> list[Mea
     if len(times) < MIN_CELLS:
         wrong = f"{len(times)} rows with time, stroke, pressure and force"
         raise InputError([Fault(str(Path(folder, run.data)), "stroke", wrong, RIGHT)])
+
+    # The ways to and fro, and the cells that all of them cover: by those alone can they be compared.
     samples["velocity"], _ = estimate_velocity(times, samples["stroke"])
     pairs = find_strokes(samples["stroke"], samples["velocity"])
     edges = _divide_stroke(samples["stroke"], samples["velocity"], pairs)
     if len(edges) <= MIN_CELLS:
         wrong = f"{len(pairs)} ways to and fro, with {max(0, len(edges) - 1)} mm that all of them cover"
         raise InputError([Fault(str(Path(folder, run.data)), "stroke", wrong, RIGHT)])
+
+    # Cells in which any way lacks a mean are left out of all ways, for each half by itself.
     ways = [list(_average_over_cells(samples, pair, edges)) for pair in pairs]
     whole = [np.all([np.isfinite(way[half]["velocity"]) for way in ways], axis=0) for half in (0, 1)]
     parts = [
         {name: np.concatenate([way[half][name][whole[half]] for half in (0, 1)]) for name in way[0]} for way in ways
     ]
+
+    # All repeats get the same times, the mean of theirs, and their samples in the order of these.
     times = np.mean([part["time"] for part in parts], axis=0)
     order = np.argsort(times)
     return [

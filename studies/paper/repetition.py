@@ -197,11 +197,15 @@ def repeat_paper(
     chosen = arguments.quantity("scope", scope, SCOPE)
     arguments.quantity("jobs", jobs, JOBS)
     arguments.refuse()
+
+    # The march of the bench, which the maps need, is compiled before the clock starts.
     call_in_thread(run_bench, machine, PULSE).result()
     start = time.perf_counter()
     with _stages(progress) as report:
         computed = call_in_thread(_computed, machine, call, report, scope=SCOPES[chosen or 0], jobs=jobs).result()
     archive, vessel, tests, frictions, claims = computed
+
+    # The numbers of the result: how the claims came out, and the time that it took.
     verdicts = Counter(claim.verdict for claim in claims)
     values = {
         "claims": len(claims),

@@ -60,6 +60,8 @@ def archive_of(
     controls = [result.task.machine.supply.control() for result in openings]
     pressures = np.array([control.pressure for control in controls])
     temperatures = np.array([control.temperature for control in controls])
+
+    # All fronts stand over one axis of added time, up to the slowest brake of all strokes.
     added = np.arange(0.0, max(STEP, _max_added(results)) + STEP, STEP)
     variables = {
         "run": run_axis(len(openings), "number of the pressure"),
@@ -70,6 +72,8 @@ def archive_of(
         "pressure_factor": Variable(("pressure_factor",), np.array(FACTORS), "1", "of the gauge pressure"),
         "temperature_offset": Variable(("temperature_offset",), np.array(OFFSETS), "K", "of the control air"),
     }
+
+    # The brakes that make up the fronts are kept, so that `strokes_of` finds the results again; then what figures show.
     variables |= _kept(results, spacing, cost)
     for stroke in STROKES:
         of_stroke = [result for result in results if result.task.stroke == stroke]
@@ -78,6 +82,8 @@ def archive_of(
             for kind in KINDS:
                 variables |= _choices(f"{stroke}_{limit}_{kind}", [result.choices[limit, kind] for result in of_stroke])
     variables |= _traces(results)
+
+    # What was asked for, with all digits: whoever reads the archive makes the same results of it.
     provenance = {
         "command": command,
         "kernels": sources_hash(),

@@ -220,6 +220,8 @@ def find_soft_landing(
     call = call_text(find_soft_landing, locals()) if call is None else call
     arguments, machine = arguments_of("find_soft_landing", machine)
     choice = Choice((*SOLENOIDS, ANY), "command line")
+
+    # What is left out is the machine's own, or the default.
     around = pressures_around(machine, machine.supply.control().pressure, LANDING_SHARES)
     pressures = around if pressure is None else arguments.range("pressure", pressure, PRESSURE)
     own = machine.supply.temperature
@@ -230,6 +232,8 @@ def find_soft_landing(
     dwell = arguments.quantity("pulse", pulse, TIME)
     arguments.quantity("jobs", jobs, JOBS)
     arguments.refuse()
+
+    # The strokes are kept beside the archive, which holds only some of the brakes that were tried.
     ways = SOLENOIDS if choice.options[number] == ANY else (choice.options[number],)
     strokes: list[Result] = []
 
@@ -237,6 +241,7 @@ def find_soft_landing(
         strokes.extend(soft_landings(machine, pressures, kelvin, dwell, min_spacing, max_added, report, ways, jobs))
         return archive_of(machine, strokes, min_spacing, max_added, call, ways)
 
+    # One march compiles first, so that the time is that of computing.
     first_march = run_bench, machine, dwell
     with show_progress(progress, "soft landing") as report:
         archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)

@@ -110,6 +110,8 @@ def landing_tables(results: Sequence[Result], spacing: float, cost: float) -> It
     (2, 'Brakes with edges 4 ms apart, for 1 ms: none lowers the seating speed')
     """
     rows: list[tuple[str, ...]] = []
+
+    # Every stroke without a brake, and how far apart the edges of one can be that lands softly.
     for result in results:
         wide = widest_soft(result.brakes, result.unbraked, cost)
         rows.append(
@@ -125,6 +127,8 @@ def landing_tables(results: Sequence[Result], spacing: float, cost: float) -> It
         )
     header = ("MPa gauge", "stroke", "contact [ms]", "v_e [m/s]", "energy [mJ]", "lowest [m/s]", "edges apart [ms]")
     yield table_of("Without a brake; edges so far apart that a brake could halve v_e", header, rows, left=(1,))
+
+    # The brakes that were chosen, with and without the solenoids' spacing; a line stands for a table without rows.
     titles = (
         f"Brakes with edges {1e3 * spacing:.3g} ms apart",
         "Brakes with edges as close together as the brake asks for",
@@ -136,6 +140,8 @@ def landing_tables(results: Sequence[Result], spacing: float, cost: float) -> It
             yield table_of(f"{title}, for {1e3 * cost:.3g} ms", BRAKE_HEADER, (*rows,), left=(1, 2, 3))
         else:
             yield f"{title}, for {1e3 * cost:.3g} ms: none lowers the seating speed\n"
+
+    # What the columns mean, below all the tables that have them.
     yield (
         f"lowest: of the unbraked piston between its peak speed and contact. worst: at {FACTORS[0]:g}, 1 and "
         f"{FACTORS[-1]:g} of the gauge pressure and {OFFSETS[-1]:g} K up and down; ! falls off its stop there"

@@ -89,6 +89,8 @@ def run_sweep(
     text = dumps(machine)
     planned = plan(variation or Variation((), (machine,)), speeds, intakes, timings)
     points = planned.points
+
+    # What makes a sweep this one and no other: shards and archives with another hash are not joined to it.
     settings: dict[str, Any] = {
         "kind": "engine sweep",
         "speeds": [float(speed) for speed in speeds],
@@ -105,6 +107,8 @@ def run_sweep(
         "shard": "{}/{}".format(*shard or (1, 1)),
         "axes": json.dumps(planned.axes),
     }
+
+    # A wrong target, an empty share and too many traces are refused before anything is computed.
     find_target(out)
     if shard:
         total = len(points)
@@ -118,8 +122,12 @@ def run_sweep(
         there = _own_archive(out, provenance, overwrite) if resume else None
         if there and not missing_runs(there):
             return _finished(out, there, start)
+
+        # Where a sweep goes on, its own archive that lacks runs may be replaced without `overwrite`.
         _clear(out, resume, overwrite or there)
         warm_up(compute, _first_of_each_kind(points))  # one process compiles; the others' time is that of computing
+
+        # What no shard holds yet is computed, and written as shards that survive a kill; compiling is not timed.
         start = time.perf_counter()
         task = compute if traces else functools.partial(compute, traces=False)
         completion = complete(
@@ -136,6 +144,8 @@ def run_sweep(
         )
         if completion.fault and not completion.parts:
             raise IncompleteError(out, *completion.fault)
+
+        # All results become one archive. The shards are removed when it is written, and only where no run is missing.
         archive = merge(completion.parts)
         completion.parts.clear()  # else all would be in memory twice while the archive is written
         archive = replace(archive, provenance=archive.provenance | {"shard": provenance["shard"]})

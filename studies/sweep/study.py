@@ -237,11 +237,15 @@ def sweep(
     variation = _variation(arguments, machine, vary)
     arguments.quantity("jobs", jobs, JOBS)
     share = _share(arguments, shard)
+
+    # Arguments that are right each by itself, but do not go together.
     if dask and (jobs or 1) > 1:
         arguments.fault("jobs", "is for this machine, not for `dask`", "leave one out")
     if out is None and (resume or shard):
         arguments.fault("out", "is left out, so that nothing is kept", "give the path of an archive")
     arguments.refuse()
+
+    # Resumed by the name of its archive alone, a finished sweep is read, whatever was swept.
     says_nothing = traces and not (shard or vary) and (intakes, timings) == (list(range(len(INTAKES))), TIMINGS)
     if out is not None and resume and not overwrite and says_nothing and not any(differences(machine)):
         finished = find_finished(out) if speeds == parse_range(SPEEDS, SPEED) else None
@@ -249,6 +253,8 @@ def sweep(
             made_by = finished.archive.provenance.get("command", "")
             swept = Sweep.of(finished.archive, finished.seconds, was_finished=True, made_by=made_by)
             return replace(swept, warnings=(*swept.warnings, *finished.notes))
+
+    # Without a target the archive lies in a folder that is gone with the block; by then its results are in memory.
     with contextlib.ExitStack() as stack:
         target = Path(out) if out is not None else Path(stack.enter_context(tempfile.TemporaryDirectory()), "sweep.h5")
         cluster = stack.enter_context(connected(dask)) if dask else None

@@ -25,6 +25,8 @@ def sweep_table(archive: Archive) -> Table:
     (_, actuations), *axes = axes_of(archive).items()
     incomplete = has_incomplete_stroke(archive)
     blank = " " * int(incomplete.any())
+
+    # Runs by their places along the axes: a point that is missing has none.
     points = list(zip(*(places.tolist() for places in places_of(archive)), strict=True))
     runs = {point: run for run, point in enumerate(points)}
     shown = sorted({at for at, *_ in points})
@@ -35,6 +37,7 @@ def sweep_table(archive: Archive) -> Table:
         mark = INCOMPLETE_MARK if incomplete[runs[point]] else blank
         return number(archive.variables[column].values[runs[point]], form) + mark
 
+    # A row for each combination of the other axes; the actuations stand side by side.
     heads, columns = zip(*(head_and_cells(name, texts) for name, texts in axes), strict=True)
     rows = []
     combinations = sorted({tuple(where) for _, *where in points})
@@ -42,8 +45,12 @@ def sweep_table(archive: Archive) -> Table:
         row = [columns[axis][at] for axis, at in enumerate(where)]
         row += [cell(column, (at, *where), form) for column, (_, form) in COLUMNS.items() for at in shown]
         rows.append(row)
+
+    # Heads in the order of the cells above: one result of all actuations, then the next.
     header = list(heads)
     header += [f"{actuations[at]}\n[{unit}]" for unit, _ in COLUMNS.values() for at in shown]
+
+    # The title says what the mark means, and how many rows are left out: nothing else would.
     title = "Brake torque, and all air over brake work"
     if incomplete.any():
         title += f" ({INCOMPLETE_MARK} incomplete stroke of the valve)"

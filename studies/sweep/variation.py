@@ -103,6 +103,8 @@ def _vary(
 ) -> Variation:
     """Machines for all combinations, see `vary`; `make` makes one from texts by key."""
     declarations, others = {leaf.key: leaf.declaration for leaf in schema(type(base))}, spellings(type(base))
+
+    # Faults of all keys are gathered, so that they are told at once.
     seen, axes, all_faults = set(), [], []
     for key, values in pairs:
         if values is None:
@@ -122,15 +124,21 @@ def _vary(
             all_faults.append(Fault(where, key, "is given twice", "give all its values at once"))
         else:
             seen.add(key)
+
+            # A gauge pressure stands above the ambient pressure, but the ambient pressure itself stands above nothing.
             try:
                 above = None if key == AMBIENT_KEY else base.ambient.pressure
                 axes.append(_axis(key, declarations[key], values, above, where))
             except InputError as error:
                 all_faults += error.faults
+
+    # A gauge pressure would be another absolute one in each machine; judged here, whatever the order of the keys.
     if AMBIENT_KEY in seen:
         gauges = [key for key, values in pairs if "gauge" in str(values)]
         right = f"write it abs, as {AMBIENT_KEY} varies, above which gauge pressures stand"
         all_faults += [Fault(where, key, "is gauge and so has no one value", right) for key in gauges]
+
+    # Too many machines are refused before the first of them is made.
     number = prod(len(axis.texts) for axis in axes)
     if number > MAX_COMBINATIONS:
         all_faults.append(Fault(where, "", f"makes {number} machines", f"at most {MAX_COMBINATIONS}: larger steps"))

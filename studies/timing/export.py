@@ -25,6 +25,8 @@ def as_json(timing_map: TimingMap) -> dict[str, Any]:
     """
     axes, error, command = timing_map.axes, timing_map.error, timing_map.command
     v = {name: variable.values for name, variable in timing_map.archive.variables.items()}
+
+    # Results point by point: flags are booleans and the reason is a word, as JSON has no legend for codes.
     points = []
     for run in v["run"]:
         point = {name: values[run] for name, values in v.items() if name != "run"}
@@ -33,6 +35,8 @@ def as_json(timing_map: TimingMap) -> dict[str, Any]:
         point["reason"] = reason.name.lower()
         point["remedy"] = None if reason == Reason.REACHED else reason.remedy
         points.append(point)
+
+    # The whole map in the units that the keys end in, where the map itself holds radians; NaN becomes null.
     return plain(
         {
             "target_deg": {"open": command.open_target / DEGREE, "close": command.close_target / DEGREE},

@@ -220,6 +220,8 @@ def map_timing(
     axes = Axes(*(np.unique(np.asarray(axis, dtype=float)) for axis in asked))
     chosen, number = centres(axes, max_checks, SEED)
     size = int(np.prod(axes.shape))
+
+    # Results come in any order. Where a worker process dies, an empty row counts as failed, and a NaN centre as none.
     rows: list[dict[str, float]] = [{}] * size
     checks = [(nan, nan)] * len(chosen)
     done, total = 0, size + len(chosen)
@@ -233,13 +235,19 @@ def map_timing(
         done += len(series.places)
         if report:
             report(done, total)
+
+    # Tables and laws are made from the columns of the archive, so that they are the same when it is read again.
     variables = _variables(supplies, axes, rows)
     advance, release_advance = (
         variables[name].values.reshape(axes.shape) * DEGREE for name in ("advance_deg", "release_advance_deg")
     )
     laws = {"advance": laws_of(axes, advance), "release_advance": laws_of(axes, release_advance)}
+
+    # No table was made from the centres of cells, so that what was solved there measures how well tables interpolate.
     solved = [(point, *angles) for point, angles in zip(chosen, checks, strict=True)]
     error = interpolation_error(axes, advance, release_advance, solved, number, SEED)
+
+    # The measured error goes with the archive, in which the centres themselves are not.
     provenance = {
         "command": command,
         "kernels": sources_hash(),

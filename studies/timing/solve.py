@@ -213,6 +213,8 @@ def corrected(
     """
     if machine.engine.intake != EPV:
         raise ValueError("only an electro-pneumatic intake has commands to correct")
+
+    # Each state starts from the last one of the same tolerance, as commands change little from one try to the next.
     marches = 0
     before: dict[float, Known | None] = {}  # the first full state starts at rest, as whoever runs the engine starts
 
@@ -223,12 +225,16 @@ def corrected(
         before[periodic_tolerance] = here.run.orbit.known
         return here
 
+    # Broyden's method first. What meets the targets is final, even where the lift crosses the lap again, and so is
+    # a march that failed; in all other cases the pulse is bracketed.
     result = _approach(look_at, start or _open_loop(machine, speed), USUAL_SLOPE, periodic_tolerance)
     reason = reason_of(result)
     if reason not in (Reason.REACHED, Reason.CROSSES_AGAIN, Reason.FAILED):
         reason, result = _bracketed(look_at, machine, periodic_tolerance)
     if reason != Reason.REACHED:
         return Timing(machine, None, {}, nan, nan, nan, nan, reason, marches)
+
+    # The search may end a turn away: the advance is brought to between the dead time of the solenoids and a turn more.
     target, command = machine.command, result.machine.command
     advance = target.open_target - command.energise
     soonest = speed * opening_curve(machine.valve.solenoid)[0, 0]

@@ -29,6 +29,8 @@ def show_info(common: Common, path: ArchivePath) -> int:
 
     described = describe_archive(path, machine=given_machine(common))
     data, differences = described.to_dict(), described.machine_differences
+
+    # The number of planned runs is that of the whole sweep, so a share is named: it holds fewer, and may lack none.
     planned = "" if data["runs_planned"] is None else f" of {data['runs_planned']} planned"
     if "shard" in data["provenance"] and data["provenance"]["shard"] != "1/1":
         planned += f", share {data['provenance']['shard']}"
@@ -47,11 +49,15 @@ def show_info(common: Common, path: ArchivePath) -> int:
             for effect in data["outside_effects"]
         ],
     ]
+
+    # Facts are texts from a file, which may hold characters of control: these are shown as escapes.
     lines = [f"{name:13} {visible(value)}" for name, value in facts]
     rows = [
         (variable["name"], " x ".join(variable["dims"]), variable["unit"], variable["description"])
         for variable in data["variables"]
     ]
     table = table_of("", ("variable", "axes", "unit", "what it is"), rows, left=(0, 1, 2, 3))
+
+    # A run that is missing or a key that differs is a finding, not an error: the exit code tells it to scripts.
     common.console.result(data, "\n".join(lines), table, *difference_lines(differences))
     return DONE if described.is_whole and not differences else INCOMPLETE

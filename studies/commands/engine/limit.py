@@ -54,6 +54,8 @@ def find_engine_limit(
     from apesim.studies.tables import table_of
 
     console, machine = common.console, common.load_machine()
+
+    # The map, in the archive. Faults in its arguments are named as options of the command line.
     with as_options("find_engine_limit"), console.progress("limit") as report:
         result = engine_limit_map.find_engine_limit(
             machine,
@@ -67,14 +69,20 @@ def find_engine_limit(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
+
+    # Figures, and where all lies: the archive is written by now, and has its digest.
     drawn = result.draw(out.with_suffix(".figures")) if figures else []
     written = written_json(out, drawn, result["wall_time"])
     data, columns, ambient = result.to_dict(), values_of(result.archive), result.ambient_pressure
+
+    # The table marks the two points that the lines below it are about.
     own_point, lowest_point, points = own_run(columns), lowest_run(columns), data["points"]
     marks = {lowest_point: "lowest"} | {own_point: "own" if own_point != lowest_point else "own, lowest"}
     axis = find_pressure_axis(result.archive)
     header = f"{axis.removesuffix('_pressure')} [MPa gauge]", *HEADER
     rows = [(*_row(point, ambient, axis), marks.get(run, "")) for run, point in enumerate(points)]
+
+    # There is no lowest limit where a point of the grid has none.
     conditions = {
         name: _conditions(points[run], ambient, axis)
         for name, run in (("own", own_point), ("lowest", lowest_point))
@@ -83,6 +91,8 @@ def find_engine_limit(
     table = table_of("Highest speed at which the targets are met", header, rows, left=(6, 9))
     lines = summary_lines(data, data["criterion"], conditions)
     console.result(data | written, table, *lines, written_text(written, f"{len(rows)} limits"))
+
+    # A point without a limit leaves the others valid; the exit code says that the map has gaps.
     for fault in result.failed:
         console.message(f"warning: {fault}")
     return INCOMPLETE if result.failed else DONE

@@ -38,6 +38,8 @@ def optimise_commands(
     from apesim.studies.output import written_json, written_text
 
     console, machine = common.console, common.load_machine()
+
+    # The search, at each speed. Faults in its arguments are named as options, of which one has another name here.
     named = as_options("optimise_commands", goal="--for")
     with named, console.progress("optimise") as report:
         result = optimisation.optimise_commands(
@@ -51,11 +53,15 @@ def optimise_commands(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
+
+    # What is shown: where all lies, the optima, and which of them lie at an end of the range that was searched.
     drawn = result.draw(out.with_suffix(".figures")) if figures else []
     written = written_json(out, drawn, result["wall_time"])
     counts = f"{result['runs']} speeds, {result['all_sketches']} sketches, {result['all_full_runs']} runs,"
     table = optimum_table(result.optima, result.ambient_pressure)
     console.result(result.to_dict() | written, table, *end_lines(result.optima), written_text(written, counts))
+
+    # A speed without brake work leaves the others valid; the exit code tells of it.
     for fault in result.failed:
         console.message(f"warning: {fault}")
     return INCOMPLETE if result.failed else DONE

@@ -56,8 +56,12 @@ def run_engine(
     from apesim.studies.tables import number, table_of
 
     console, machine = common.console, common.load_machine()
+
+    # A file that cannot be written is refused before anything is marched.
     if csv:
         find_target(csv)
+
+    # A run that does not settle is shown all the same: its closures say how far off it is.
     try:
         with as_options("run_engine"):
             run = console.run("to the periodic state", engine_run.run_engine, machine, speed=speed)
@@ -67,9 +71,13 @@ def run_engine(
     if csv:
         samples = np.column_stack((run.traces["crank_angle_deg"], run.march.trace))
         write_traces(csv, ("crank_angle [deg]", *TRACE), samples)
+
+    # Where no wall gives heat to the air, the cold temperatures are a limit, and their rows say so.
     limit = f", {ADIABATIC}" if is_adiabatic(machine) else ""
     rows = [(name + limit * (key in COLD), number(run[key] * factor), unit) for name, key, factor, unit in SHOWN]
     title = f"{run.conditions['intake']} at {run['speed_rpm']:g} r/min"
+
+    # How far the numbers can be trusted: by the cycles, the balances, and a march at tenfold tolerance.
     closes = (
         f"{orbit.cycles} cycles to a period of {orbit.period}, last change {orbit.change:.1e}; closure of "
         f"mass {run['mass_closure']:.1e}, of energy {run['energy_closure']:.1e}, of exergy "

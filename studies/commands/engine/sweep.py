@@ -56,7 +56,11 @@ def sweep_engine(
     from apesim.terminal import visible
 
     console, machine = common.console, common.load_machine()
+
+    # Machines that vary are read anew from file and settings, with each key given as one more setting.
     variation = vary(varied, common.machine_file, common.settings or ()) if varied else None
+
+    # An interrupt keeps the shards that are written; the way to go on has to be told here, where it is heard.
     try:
         with as_options("sweep"), console.progress("sweep") as report:
             result = study.sweep(
@@ -83,6 +87,8 @@ def sweep_engine(
         from apesim.studies.figures.sweep import sweep_figures  # half a second, for those who draw
 
         drawn = sweep_figures(result.archive, out.with_suffix(".figures"))
+
+    # The data for scripts: where the archive lies, and what is in it.
     written = written_json(out, drawn, result["wall_time"])
     data = {
         **{key: written[key] for key in ("archive", "content_sha256", "figures")},
@@ -93,11 +99,16 @@ def sweep_engine(
         "was_finished": result.was_finished,
         "wall_time_s": written["wall_time_s"],
     }
+
+    # A sweep that is resumed by the name of its archive alone may be another than the user thinks: the call that made
+    # it is told.
     runs = f"{data['runs']} runs"
     count = f"finished already, its {runs} checked" if result.was_finished else runs
     if result.made_by:
         count = f"{count}, made by `{visible(result.made_by)}`,"
     console.result(data, sweep_table(result.archive), written_text(data, count))
+
+    # Faults of an archive that was finished before are told again, but to resume it has done all that was asked.
     for line in (*result.failed, *result.warnings):
         console.message(f"warning: {line}")
     return INCOMPLETE if result.failed and not result.was_finished else DONE

@@ -47,6 +47,8 @@ def correct_timing(
     from apesim.studies.timing.summary import error_line, law_lines, shortcut_line, timing_tables
 
     console, machine = common.console, common.load_machine()
+
+    # The map, with its exports beside the archive. Faults in its arguments are named as options.
     with as_options("correct_timing"), console.progress("timing") as report:
         result = correction.correct_timing(
             machine,
@@ -61,16 +63,22 @@ def correct_timing(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
+
+    # Where everything lies: archive and figures, and the exports, whose names follow from that of the archive.
     drawn = result.draw(out.with_suffix(".figures")) if figures else []
     written = written_json(out, drawn, result["wall_time"])
     exports = exports_of(out)
     data = result.to_dict() | written | {"exports": [str(path) for path in exports], "faults": result.failed}
     where = written_text(written, f"{result['runs']} points") + "; " + ", ".join(path.name for path in exports)
+
+    # Laws and tables, at the machine's own air: its pressure is that of the axis, of the supply or of the control air.
     laws = law_lines(result.map.laws, result.ambient_pressure)
     own = {"supply_pressure": machine.supply.pressure, "control_pressure": machine.supply.control().pressure}
     supply = own[result.map.pressure_axis], machine.supply.temperature
     tables = timing_tables(result.map, supply, result.ambient_pressure)
     console.result(data, *tables, shortcut_line(result.map), *laws, error_line(result.map), where)
+
+    # A point whose targets are out of reach leaves the others valid; the exit code says that the map has gaps.
     for fault in result.failed:
         console.message(f"warning: {fault}")
     return INCOMPLETE if result.failed else DONE

@@ -52,10 +52,15 @@ def explain_gap(
     from apesim.studies.output import make_folder
 
     console = common.console
+
+    # What cannot be read or written is refused first; then the march is compiled, so that progress counts
+    # the search alone.
     machine, measured = read_inputs(common, folder, without or ())
     make_folder(out, overwrite)
     compile_march(console, machine, measured)
     threshold = TOLERANCE if tolerance is None else tolerance
+
+    # The file that the search begins with is read now: the machine that is found may be written over it.
     parent_text = read_parent(machine, common.machine_file, common.settings)
 
     def explain_and_write(progress: StageReport) -> "tuple[Explanation, dict[str, Any]]":
@@ -65,15 +70,20 @@ def explain_gap(
         explanation = replace(explanation, parent_text=parent_text)
         return explanation, explanation.write(out, overwrite=overwrite, progress=progress)
 
+    # Search and report in a thread of their own, so that Ctrl-C is heard at once.
     try:
         with console.stages("explaining") as progress:
             explanation, data = call_in_thread(explain_and_write, progress).result()
     except EndedEarly as error:
         console.message(f"{error}; nothing is concluded")
         return INCOMPLETE
+
+    # There are readings of sensors only where the fit moved some.
     files = ["report.html", "machine.toml", "verdict.json"]
     files += ["sensors.toml"] * (out / "sensors.toml").exists()
     console.result(data, *_shown(data), f"{out}/{', '.join(files)}: {data['wall_time_s']:.1f} s")
+
+    # The most important warnings stand first; the others are in the report.
     for warning in explanation.warnings[:MAX_WARNINGS]:
         console.message(f"warning: {warning}")
     if (more := len(explanation.warnings) - MAX_WARNINGS) > 0:
@@ -93,6 +103,8 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
     from apesim.studies.tables import table_of
 
     cause, test = data["likely_cause"], data["next_test"]["text"]
+
+    # Where no effect is named, the most likely cause is told; as a hint with the reason, unless a record is to blame.
     if cause:
         yield f"{data['verdict']}: {data['sentence']}"
         hint = " This is a hint, not a finding." if cause["why_not"] else ""
@@ -104,6 +116,8 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
         yield f"{data['verdict']}: {data['sentence']} ({data['reason']})"
         yield f"Next test: {test}"
     yield from (*list_chances(data), *write_scatter(data))
+
+    # Numbers near what the machine file said are no news.
     moved = [row for row in data["nuisances"] if abs(row["deviations"]) > MIN_SHOWN_PULL]
     if moved:
         cells = [[r["key"], format_before(r), format_after(r), format_pull(r)] for r in moved]
@@ -111,6 +125,8 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
         yield table_of("", header, cells, left=(0,))
     else:
         yield f"No calibrated number was pulled by more than {MIN_SHOWN_PULL:g} sigma of its prior"
+
+    # A score stands beside its detection limit: a low one says little of an effect that these data hardly show.
     if rows := data["scores"][:MAX_SHOWN]:
         limits = data["detection_limits"]
         cells = [[r["effect"], format_sigmas(r["deviations"]), format_limit(limits.get(r["effect"]))] for r in rows]

@@ -50,6 +50,8 @@ def _shown(isolability: "Isolability") -> "Iterator[Table | str]":
     from apesim.studies.tables import table_of
 
     rows = isolability.effects
+
+    # Effects that could be seen come first; the sort is stable, so that each half keeps its order.
     ordered = sorted(rows, key=lambda row: row["limit"] is None)
     table = table_of(
         "",
@@ -66,8 +68,12 @@ def _shown(isolability: "Isolability") -> "Iterator[Table | str]":
         ],
         left=(0, 3, 4),
     )
+
+    # Names and keys stay in one piece, as they are what the user writes in a command or a file.
     table.columns[0].no_wrap, table.columns[0].min_width = True, max(len(row["effect"]) for row in rows)
     yield table
+
+    # What is known of the rig stands below: how much of an effect is retained depends on it.
     priors = table_of("", PRIORS_HEADER, [format_prior(prior) for prior in isolability.priors], left=(0, 3))
     priors.columns[0].no_wrap = priors.columns[1].no_wrap = True
     yield priors

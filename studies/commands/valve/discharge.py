@@ -35,6 +35,8 @@ def evaluate_discharge(
     from apesim.studies.discharge.summary import discharge_lines
 
     console, machine = common.console, common.load_machine()
+
+    # The tests together give one curve. Faults in the arguments are named as options of the command line.
     with as_options("evaluate_discharge", files="FILE"), console.progress("discharge") as report:
         try:
             result = effective_area.evaluate_discharge(
@@ -49,13 +51,19 @@ def evaluate_discharge(
             )
         except NotConverged as error:  # there is no curve, but figures that show why
             result = error.result
+
+    # What was guessed of the records, or done to them, is told before the area that rests on it.
     console.notes(note for record in result.evaluation.records for note in record.notes)
+
+    # Figures are drawn with or without a curve.
     has_curve = not result.evaluation.refusal
     drawn = result.draw(out.with_suffix(".figures")) if figures else []
     paths = [str(path) for path in drawn]
     curve = str(out) if has_curve else None
     data = result.to_dict() | {"curve": curve, "figures": paths, "wall_time_s": result["wall_time"]}
     console.result(data, *discharge_lines(result.evaluation, data))
+
+    # A refusal is among the warnings, but stands in the lines of the result already.
     for warning in result.warnings:
         if warning != result.evaluation.refusal:
             console.message(f"warning: {warning}")

@@ -53,17 +53,23 @@ def fit_valve(
     from apesim.valve.bench import run_bench
 
     console, machine = common.console, common.load_machine()
+
+    # All that can be refused is refused first: method, keys, data and folder, before anything is compiled.
     method = METHODS[parse(method, Choice(METHODS, "command line"), where="--method", file=COMMAND_LINE)]
     free_parameters(machine, free, method)
     measured = read_measured(folder, machine.ambient.pressure, VALVE)
     console.notes(measured.hints)
     if out is not None:
         make_folder(out, overwrite)
+
+    # A first march compiles, so that the time left is that of the fit. The fit has a thread of its own for Ctrl-C.
     console.warm_up(run_bench, machine, 10e-3)
     with console.progress("simulations") as report:
         result = call_in_thread(
             fit, measured, free, machine=machine, method=method, progress=lambda stage, done, total: report(done, total)
         ).result()
+
+    # What is shown, and the files. The parent is read before they are written, as the fitted machine may replace it.
     shown: list[Table | str] = list(_shown(result))
     data = result.to_dict()
     if out is not None:
@@ -74,6 +80,8 @@ def fit_valve(
     console.result(data, *shown)
     for warning in result.warnings:
         console.message(f"warning: {warning}")
+
+    # A gate that the model does not explain refuses it; the parameters have been shown all the same.
     refusing = [run for run in result.gates if run.contradicted]
     for run in refusing:
         console.message(
@@ -89,6 +97,7 @@ def _shown(result: "Fit") -> "Iterator[Table | str]":
     from apesim.studies.measured import CHECK, GATE
     from apesim.studies.tables import table_of
 
+    # Values in the units of the machine file; not every method gives an interval.
     rows = []
     for key, value in result.parameters.items():
         declared = result.declared[key]
@@ -96,6 +105,8 @@ def _shown(result: "Fit") -> "Iterator[Table | str]":
         texts = ["-" if v is None else f"{v / factor:.6g}" for v in (value, *(result.interval_95[key] or (None, None)))]
         rows.append((key, *texts, f"{declared.unit}{declared.suffix}" or "-"))
     yield table_of("Parameters", ("", "value", "95 % from", "to", "unit"), rows)
+
+    # Runs that were not fitted, by role: a gate may refuse the model, a check is reported only.
     for role, runs in ((GATE, result.gates), (CHECK, result.checks)):
         if runs:
             rows = [
@@ -109,6 +120,8 @@ def _shown(result: "Fit") -> "Iterator[Table | str]":
                 for run in runs
             ]
             yield table_of(f"{role.capitalize()} runs, not fitted", HEADER, rows)
+
+    # Sign and mark are explained only where a table has them.
     judged = [*result.gates, *result.checks]
     if judged:
         yield SIGN

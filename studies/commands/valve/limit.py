@@ -41,6 +41,8 @@ def find_valve_limits(
     from apesim.studies.tables import table_over_supplies
 
     console, machine = common.console, common.load_machine()
+
+    # The map, in the archive. Faults in its arguments are named as options of the command line.
     with as_options("find_valve_limit"), console.progress("limit") as report:
         result = valve_limit.find_valve_limit(
             machine,
@@ -60,6 +62,8 @@ def find_valve_limits(
         drawn = limit_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures"))
     written = written_json(out, drawn, result["wall_time"])
     v = values_of(result.archive)
+
+    # JSON has no units beside its numbers, so that some names of the archive's columns get one.
     keys = {
         "supply_pressure_Pa": "supply_pressure",
         "supply_temperature_K": "supply_temperature",
@@ -68,10 +72,14 @@ def find_valve_limits(
     points = [{key: v[name][run] for key, name in keys.items()} for run in range(len(v["run"]))]
     stated = summary_json(v, "duty")
     data = stated | {"criterion": result.criterion, "points": points, "faults": result.failed}
+
+    # The table marks the two points that the lines below it are about.
     own_point, lowest_point = own_run(v), lowest_run(v)
     marks = {lowest_point: "lowest"} | {own_point: "own" if own_point != lowest_point else "own, lowest"}
     rows = [(*_row(point), marks.get(run, "")) for run, point in enumerate(points)]
     table = table_over_supplies("Highest working rate", machine.ambient.pressure, columns=v, header=HEADER, rows=rows)
+
+    # There is no lowest limit where a point of the grid has none.
     conditions = {
         name: _conditions(points[run], machine.ambient.pressure)
         for name, run in (("own", own_point), ("lowest", lowest_point))
@@ -79,6 +87,8 @@ def find_valve_limits(
     }
     lines = summary_lines(stated, result.criterion, conditions)
     console.result(data | written, table, *lines, written_text(written, f"{len(rows)} limits"))
+
+    # A point without a limit leaves the others valid; the exit code says that the map has gaps.
     for fault in result.failed:
         console.message(f"warning: {fault}")
     return INCOMPLETE if result.failed else DONE

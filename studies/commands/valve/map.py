@@ -38,6 +38,8 @@ def map_valve_strokes(
     from apesim.studies.tables import number, table_over_supplies
 
     console, machine = common.console, common.load_machine()
+
+    # The map, in the archive. Faults in its arguments are named as options of the command line.
     with as_options("map_valve"), console.progress("map") as report:
         result = valve_map.map_valve(
             machine,
@@ -55,6 +57,8 @@ def map_valve_strokes(
 
         drawn = map_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures"))
     written = written_json(out, drawn, result["wall_time"])
+
+    # The table has times in milliseconds, as the header says; the archive has them in SI units.
     v = values_of(result.archive)
     values = [1e3 * v[name] for name in TIMES] + [v[name] for name in SPEEDS]
     rows = [[number(value, ".4f") for value in row] for row in zip(*values, strict=True)]
@@ -62,6 +66,8 @@ def map_valve_strokes(
     table = table_over_supplies(title, machine.ambient.pressure, columns=v, header=HEADER, rows=rows)
     data = {"runs": len(rows), "faults": result.failed} | written
     console.result(data, table, written_text(written, f"{len(rows)} runs"))
+
+    # A stroke that is not completed leaves the others valid; the exit code says that the map has gaps.
     for fault in result.failed:
         console.message(f"warning: {fault}")
     return INCOMPLETE if result.failed else DONE

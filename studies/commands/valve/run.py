@@ -32,8 +32,12 @@ def run_valve(
     from apesim.valve.bench import TRACE
 
     console, machine = common.console, common.load_machine()
+
+    # A file that cannot be written is refused before anything is marched.
     if csv:
         find_target(csv)
+
+    # A motion that does not repeat is shown all the same, as far as it was found.
     try:
         with as_options("run_valve"):
             run = console.run(
@@ -50,6 +54,8 @@ def run_valve(
         run = error.result
     if csv:
         write_traces(csv, ("time [s]", *TRACE), np.column_stack((run.traces["time"], run.march.trace)))
+
+    # Both strokes side by side, then the control air with the closures that say how far it can be trusted.
     rows = [
         (name, *(number(factor * run[f"{stroke}_{measure}"]) for stroke in ("opening", "closing")), unit)
         for name, measure, factor, unit in (

@@ -47,6 +47,8 @@ def find_soft_landing(
     from apesim.studies.soft_landing.summary import landing_tables
 
     console, machine = common.console, common.load_machine()
+
+    # The brakes of each stroke. Faults in the arguments are named as options of the command line.
     with as_options("find_soft_landing"), console.progress("soft landing") as report:
         result = study.find_soft_landing(
             machine,
@@ -62,10 +64,14 @@ def find_soft_landing(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
+
+    # Where archive and figures lie, and the tables, in which spacing and cost bound the brakes.
     drawn = result.draw(out.with_suffix(".figures")) if figures else []
     written = written_json(out, drawn, result["wall_time"])
     tables = landing_tables(result.strokes, result.spacing, result.cost)
     console.result(result.to_dict() | written, *tables, written_text(written, f"{len(result.strokes)} strokes"))
+
+    # A stroke that no brake softens leaves the others valid; the exit code tells of it.
     for fault in result.failed:
         console.message(f"warning: {fault}")
     return INCOMPLETE if result.failed else DONE

@@ -69,9 +69,13 @@ def noise_of(
     groups: dict[tuple[str, int], list[Pair]] = {}
     found: AllNoise = {}
     warnings: list[str] = []
+
+    # Samples at about the same interval have one noise; means over the cycle have no interval, and stand apart.
     for block, values in zip(blocks, predicted, strict=True):
         like = round(log(block.interval) / log(LIKE)) if block.interval else 0
         groups.setdefault((block.sensor, like), []).append((block, values))
+
+    # All records come before any noise: the mains are one for all channels, and one alone may not tell their frequency.
     by_block = {id(block): columns for block, columns in zip(blocks, changes, strict=bool(changes))}
     known_by = {
         key: _records(pairs, stated.get(key[0], np.nan), by_block)
@@ -79,6 +83,8 @@ def noise_of(
         if pairs[0][0].interval
     }
     mains = mains_in([records for records in known_by.values() if records])
+
+    # The noise of each group. A mean over the cycle has no neighbours that could tell a colour.
     for (sensor, like), pairs in groups.items():
         if not pairs[0][0].interval:
             found[sensor] = {0.0: _of_a_mean(sensor, pairs, stated, warnings)}
@@ -86,6 +92,9 @@ def noise_of(
         records = known_by[sensor, like]
         noise = with_hum(records, mains) if records else white(_by_differences(pairs), TAKEN_FOR_WHITE)
         deviation = max(noise.deviation, FLOOR[sensor])
+
+        # A stated deviation is believed, and the records tell the colour beside it; where they clearly show another
+        # one, that is a warning.
         if sensor in stated:
             known = noise.source != TAKEN_FOR_WHITE
             if known and not 0.7 < deviation / stated[sensor] < 1.4:

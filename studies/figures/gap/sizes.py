@@ -61,6 +61,8 @@ def _draw_sizes(axis: Axes, compared: "Sequence[ComparedSignal]", ambient_pressu
     for number, signals in enumerate(runs):
         role = signals[0].role
         place += SPACE * bool(number and role != runs[number - 1][0].role)
+
+        # One bar, or two where something was added to the model: they share the height that a run has.
         bars = [(find_rms(signal.residuals_before for signal in signals), BEFORE)]
         after = [signal.residuals_after for signal in signals if signal.residuals_after is not None]
         if after:
@@ -70,11 +72,15 @@ def _draw_sizes(axis: Axes, compared: "Sequence[ComparedSignal]", ambient_pressu
             height = 0.8 / len(bars)
             y = place - 0.4 + (k + 0.5) * height
             axis.barh(y, size, height=height, fc=colour, lw=0, alpha=1.0 if role == CHECK else 0.55, **striped)
+
+            # The number stands at the end of its bar, on white, so that no line runs through it.
             where: Look = {"xytext": (3, 0), "textcoords": "offset points", "va": "center", "fontsize": 8, "zorder": 4}
             axis.annotate(f"{size:.2f}", (size, y), **where, bbox={"fc": "white", "ec": "none", "pad": 0.6})
         labels.append(f"{label_point(signals[0].block.run, ambient_pressure)} ({WORDS[role]})")
         places.append(place)
         place += 1.0
+
+    # At 1 the noise alone is left. The y axis points down, so that the first run stands at the top.
     axis.axvline(1.0, **THRESHOLD)
     axis.set_yticks(places, labels)
     axis.set_ylim(place - 0.4, -0.6)

@@ -186,20 +186,28 @@ def _isolability(
 ) -> tuple[list[dict[str, Any]], dict[str, Any], list[str]]:
     """Rows, noise and warnings of `Isolability`."""
     residuals, warnings = uncalibrated(machine, measured, work.simulations)
+
+    # All is taken at the machine as it is, which stands for a fit: what was measured is used for the noise alone.
     nominal = np.zeros(len(residuals.parameters))
     stated = find_stated_sizes(machine, measured, residuals.parameters)
     residuals, errors, jacobian, steps = _find_slopes(residuals, stated)
+
+    # Each effect by the probe that shows it best, at the very size from which it is seen.
     candidates = find_candidates(machine, measured.bench, select_effects(measured.bench, without, machine))
     fitted = Fitted(nominal, errors, jacobian, True, steps)
     columns = find_sensitivities(residuals, fitted, candidates, work, "effects")
     best = {name: sharpen_probe(residuals, fitted, column) for name, column in select_clearest(columns).items()}
     limits = find_detection_limits(list(best.values()))
+
+    # What an experiment could help: effects that are hidden, and those that are not distinguished from others.
     n = len(errors) - len(nominal)
     effects = {name: column.effect[:n] for name, column in best.items()}
     classes = {name: limit["class"] for name, limit in limits.items() if limit["limit"] is not None}
     wanted = [name for name in best if name not in classes or classes[name]]
     wanted += [other for name in wanted for other in classes.get(name, ()) if other not in wanted]
     probes = {name: (best[name].probe, effects[name]) for name in wanted}
+
+    # Each experiment is simulated once for all of these effects; one that ends early helps none.
     outcomes: dict[str, list[tuple[Experiment, float, float]]] = {name: [] for name in wanted}
     experiments = list_experiments(measured, machine.ambient.pressure) if wanted else []
     for done, experiment in enumerate(experiments, 1):

@@ -52,21 +52,30 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
     experiment for effects.
     """
     decision = explanation.decision
+
+    # Nothing to choose an experiment by: the library was not tried, or a record has to be looked at first.
     if not explanation.scores:
         return {"text": "The same again, with the library: nothing of it was tried.", "isolate": []}
     if decision.reason.kind is ReasonKind.ODD_REPEAT:
         files = " and ".join(list_odd_repeats(explanation.best.residuals.scatter))
         return {"text": f"Look at the record of {files}, and record its operating point once more.", "isolate": []}
+
+    # Several explanations are open: experiments are ranked by how far they split them. After a refusal the
+    # library's own experiments for the effects of the highest scores stand beside.
     if decision.verdict in (Verdict.AMBIGUOUS, Verdict.NAMED_CLASS):
         return rank_experiments(explanation)
     if decision.verdict == Verdict.REFUSED:
         return rank_experiments(explanation) | _isolate(explanation, [score.name for score in explanation.scores])
+
+    # A wrong record comes first, whatever the other files ask for.
     if explanation.rest:
         files = " and ".join(find_files(explanation.best.candidates))
         rest, again = find_next_test(explanation.rest), f"Record {files} again, or leave it out."
         if explanation.rest.verdict == Verdict.NO_GAP:
             return rest | {"text": again}
         return rest | {"text": f"{again} Then: {rest['text'][0].lower()}{rest['text'][1:]}"}
+
+    # Nothing is open: a number to measure in another way, effects that stay hidden, or what is named, each by itself.
     names = list(decision.best.names) if decision.best else []
     if decision.verdict == Verdict.CALIBRATION:
         text = f"Measure it with another instrument, or in another way: {format_key(names[0])}."
@@ -109,6 +118,8 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
     weights = [alternative.weight for alternative in alternatives]
     entropy = find_entropy(weights)
     ambient = explanation.calibrated.residuals.machine.ambient.pressure
+
+    # All of the list with one set of sensitivities: with those of each explanation every one would take seconds.
     listed = list_experiments(explanation.measured, ambient)
     screened = []
     for experiment in listed:
@@ -116,6 +127,9 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
         if preview:
             screened.append((find_information(preview.forecasts, weights), experiment))
     screened.sort(key=lambda row: -row[0])
+
+    # The best of them in full. Shares settled count in steps, as draws err: of two alike the one is better that
+    # keeps its explanations farther apart.
     role = choose_role(explanation)
     rows: list[dict[str, Any]] = []
     for _, experiment in screened[:MAX_EXPERIMENTS]:
@@ -123,6 +137,8 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
         if preview:
             rows.append(_describe_experiment(preview, alternatives, entropy) | {"role": str(role)})
     rows.sort(key=lambda row: (-round(row["settled"] / STEP_SETTLED), -row["least"]))
+
+    # The advice in words, and all that it rests on as data.
     action = _write_action(rows, role)
     return {
         "text": " ".join([action, *(write_outcomes(row["outcomes"]) for row in rows[:1])]),

@@ -39,12 +39,15 @@ def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> 
     """
     part, tells = _choose_part(preview, alternatives)
     block, inside = preview.residuals.blocks[part.number], part.inside
+
+    # The mean over the phase, which any signal has.
     display = find_display(block)
     quantity, unit = f"mean {display.name}{f' in {part.name}' if part.name else ''}", display.unit
 
     def measure(values: list[np.ndarray]) -> float:
         return float(display.convert(np.mean(values[part.number][inside])))
 
+    # A time is more easily seen, but there is one only where every explanation passes half of the stroke.
     if _is_flight(part, preview):
         stroke, command = FLIGHTS[part.name]
         half, release = 0.5 * preview.residuals.machine.valve.stroke, preview.experiment.run.pulse
@@ -55,6 +58,8 @@ def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> 
 
         if not any(isnan(pass_half(values)) for values in (preview.base_values, *preview.values)):
             quantity, unit, measure = f"time from {command} to half of the stroke", "ms", pass_half
+
+    # What is not in the library has no values of its own, so that it is given no number.
     outcomes = []
     for alternative, forecast, values in zip(alternatives, preview.forecasts, preview.values, strict=True):
         is_known = alternative.model is not None
@@ -74,6 +79,8 @@ def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> 
                 else None,
             }
         )
+
+    # The same decimals for all, as the numbers are there to be compared.
     decimals = find_decimals([outcome for outcome in outcomes if outcome["value"] is not None])
     return [outcome | {"decimals": decimals} for outcome in outcomes]
 

@@ -34,6 +34,8 @@ def extend_machine(explanation: "Explanation", data: dict[str, Any], folder: Pat
     """
     effects = data["effects"]
     changed = [*effects, *data["numbers"]] if effects else []
+
+    # The head: the verdict, what it changed, how far the gap fell, and from which files it comes.
     lines = [
         _write_title(data),
         data["sentence"],
@@ -50,6 +52,8 @@ def extend_machine(explanation: "Explanation", data: dict[str, Any], folder: Pat
         f"chance of noise alone {data['p_value']:.2g}",
         *(f"{name.replace('_', ' ')} {digest}" for name, digest in data["lineage"].items()),
     ]
+
+    # Where a record is wrong, the numbers are those of the verdict on the other files.
     parent = explanation.calibrated.residuals.machine
     told, told_data = explanation.rest or explanation, data.get("rest") or data
     numbers = find_calibrated_numbers(told.best) if is_explained(told_data) else []
@@ -61,6 +65,8 @@ def extend_machine(explanation: "Explanation", data: dict[str, Any], folder: Pat
         lines.append(
             "calibrated numbers of the machine are marked below; readings of sensors, where any was moved: sensors.toml"
         )
+
+    # A calibrated number is marked where it stands, and says what it was; readings have a file of their own.
     machine = apply_numbers(told.best.machine() if is_added else parent, numbers)
     notes = {number.key: number.describe(parent) for number in numbers if not number.is_reading}
     return "".join(f"# {line}\n" for line in lines) + "\n" + dumps(machine, folder, notes)

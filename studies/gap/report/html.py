@@ -110,6 +110,8 @@ def render_page(
     `data` is the content of ``verdict.json``, with ``next_test`` and ``lineage``; `figures` are SVG by name.
     """
     ambient = explanation.calibrated.residuals.machine.ambient.pressure
+
+    # Names of files and what users wrote in them go into the page, so that all texts are escaped.
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {
         "rounded": round_to_error,
@@ -125,9 +127,13 @@ def render_page(
     }
     environment.filters |= {"value": format_value, "interval": format_interval, "limit": format_limit}
     environment.filters |= {"before": format_before, "after": format_after, "decimals": _format_decimals}
+
+    # An effect that the data do not show at any size is told with the range up to which it was looked for.
     effects = list_effects(explanation.calibrated.residuals.machine)
     ranges = {name: entry.parameters[0].range for name, entry in effects.items()}
     limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
+
+    # Beside the verdict: what only traces and fits tell, and the numbers above which the page marks or folds.
     return environment.from_string(_read_template()).render(
         data=data,
         figures={name: base64.b64encode(text.encode()).decode() for name, text in figures.items()},

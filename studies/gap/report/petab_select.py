@@ -46,12 +46,16 @@ def export_model_space(explanation: "Explanation") -> dict[str, str]:
     # A fault of one file is no model of the rig.
     tried = [c.model for c in explanation.fits if not find_files(c.model.candidates)]
     fitted = [base, *tried]
+
+    # All that was open to the search, fitted or not: singles and pairs, and the larger sets that it went on to.
     models: list[tuple[Candidate, ...]] = [
         (),
         *((candidate,) for candidate in candidates),
         *combinations(candidates, 2),
         *(model.candidates for model in tried if len(model.candidates) > 2),
     ]
+
+    # A model is known by the set of its effects, as the search may have added them in another order.
     spaces = {frozenset(_list_names(added)): (_name_model(added), _list_settings(nominal, added)) for added in models}
     rows = [(name, PROBLEM, *settings.values()) for name, settings in spaces.values()]
     problem = {
@@ -60,6 +64,8 @@ def export_model_space(explanation: "Explanation") -> dict[str, str]:
         "method": "brute_force",
         "model_space_files": [SPACE],
     }
+
+    # The simulator is no PEtab problem: the lists of its files are empty, and there as the format asks for them.
     nothing: dict[str, list[str]] = {
         kind: [] for kind in ("sbml_files", "condition_files", "observable_files", "measurement_files")
     }

@@ -56,14 +56,21 @@ def _best(decision: Decision) -> Choice:
 def describe(explanation: "Explanation") -> dict[str, Any]:
     """The content of ``verdict.json``, without ``lineage``, ``next_test`` and ``wall_time_s``."""
     decision, tabulated = explanation.decision, explanation.tabulated
+
+    # What is claimed, and how often such claims were right. The verdict of a tie claims nothing, and without an alarm
+    # there is no gap to localise.
     statements, is_tie = list_statements(explanation), decision.verdict == Verdict.AMBIGUOUS
     said = [each._asdict() | {"probability": find_probability(each)} for each in statements]
     cells = explanation.cells if explanation.gap_test.alarm else []
+
+    # The best explanation is told as what is missing where it is named, else as what comes nearest.
     named = decision.verdict in NAMING
     effects = describe_effects(decision.best.model) if decision.best else []
     numbers = describe_numbers(decision.best.model) if decision.best else []
     if decision.verdict == Verdict.MEASUREMENT:  # of the rig the other files speak
         effects, numbers = [row for row in effects if row["file"]], []
+
+    # There are rivals only beside a best explanation, and their costs count above its.
     rivals = [
         {
             "effects": list(choice.names),
@@ -279,6 +286,8 @@ def describe_held_out(judged: HeldOut | None) -> dict[str, float] | None:
 def write_sentence(explanation: "Explanation") -> str:
     """The verdict in a sentence that a technician understands."""
     decision = explanation.decision
+
+    # Verdicts that name nothing, each with a sentence of its own.
     if decision.verdict == Verdict.NO_GAP and explanation.gap_test.alarm:
         return "What the model leaves is more than noise, but too small to matter: nothing is added to it."
     if decision.verdict == Verdict.NO_GAP:
@@ -294,11 +303,15 @@ def write_sentence(explanation: "Explanation") -> str:
         return f"The model explains the data if their records are right, but {decision.reason}."
     if decision.verdict == Verdict.AMBIGUOUS:
         return f"There is a gap, and these data do not show what closes it: {_list_alternatives(decision)}."
+
+    # From here on something is named: effects with their values, and numbers that are wrong besides.
     best = _best(decision).model
     rows = describe_effects(best)
     texts = _format_effects(rows)
     said = " and ".join(texts.values())
     wrong = _write_numbers(describe_numbers(best))
+
+    # Errors of a number or of a record; what the other files say follows on the latter.
     if decision.verdict == Verdict.CALIBRATION:
         record = "".join(f", or the {name.replace('_', ' ')} of the record" for name in _list_same_in_record(decision))
         return f"Nothing is missing, but {_say_wrong(rows)}: {said}{record}."
@@ -308,6 +321,8 @@ def write_sentence(explanation: "Explanation") -> str:
         others = write_sentence(explanation.rest) if explanation.rest else ""
         rest = others and f" Without it, {others[0].lower()}{others[1:]}"
         return f"The record of one file is wrong ({wrong}).{rest}"
+
+    # What the sensors add is a fault of the record, and no lack of the model.
     sensed = SENSED | {p.key.split(".")[1] for p in best.residuals.parameters if p.is_sensed}
     lacks = " and ".join(text for name, text in texts.items() if name not in sensed)
     recorded = " and ".join(text for name, text in texts.items() if name in sensed)

@@ -32,19 +32,29 @@ def take_scatter_at_best(
     stays as it is: it asks whether the machine without effects explains the data.
     """
     base = gap.calibrated
+
+    # The best model with effects of the rig: a fault of one file does not change what supply or friction do in a run.
     best = min((choice for choice in fits if _is_of_rig(choice.model)), key=lambda choice: choice.cost, default=None)
     if base.residuals.scatter is None or best is None or best.cost >= base.cost:
         return gap, sorted(fits, key=lambda choice: choice.cost)
+
+    # Where a run of that model ends early its directions are not known, and all stays as it is.
     scatter = unless_ended(find_scatter_at, best.model, others)
     if scatter is None:
         return gap, sorted(fits, key=lambda choice: choice.cost)
+
+    # All models with one scatter, or their costs could not be compared. One far behind is not fitted to its end.
     calibrated = fit_with_scatter(base, scatter)
     limit = find_limit(base, best.model.cost)
     tasks = [(fit_with_scatter, choice.model, scatter, limit) for choice in fits]
     models = work.each("fitting effects", unless_ended, tasks)
     pairs = [(choice, model) for choice, model in zip(fits, models, strict=True) if model]
     work.simulations.add(sum(model.residuals.simulations for _, model in pairs))
+
+    # What a model's effects are charged with stays: only its sum of squares is new.
     again = [Choice(model, choice.cost - choice.model.cost + model.cost) for choice, model in pairs]
+
+    # Sensitivities keep what was simulated, and are whitened anew.
     space = find_nuisance_space(calibrated.fitted.jacobian)
     sensitivities, faults = (
         [_change_scatter(each, base, scatter, space) for each in every] for every in (gap.sensitivities, gap.faults)

@@ -129,11 +129,15 @@ def _list_terms_over_nodes(model: Model, name: str) -> dict[str, Form]:
 def _list_terms_along_runs(model: Model, name: str) -> dict[str, Form]:
     """The force on the piston, or the heat into the chambers, against what the fitted runs go through."""
     rows: list[tuple[float, ...]] = []
+
+    # The states of all fitted runs together: one form has to hold for them all.
     for run in model.residuals.runs:
         machine = put(run_of(model.residuals.machine, run), model.residuals.parameters, model.fitted.x)
         rows += _simulate_states(machine, run, name)
     speed, middle, p_a, p_b, t_a, t_b, force, heat_a, heat_b = np.array(rows).T
     sign = np.sign(speed)
+
+    # Heat is explained in each chamber by its own air, and by the speed.
     if name == tabulated_heat.EFFECT.name:
         heats = (("A", heat_a, t_a, p_a), ("B", heat_b, t_b, p_b))
         return {
@@ -149,6 +153,8 @@ def _list_terms_along_runs(model: Model, name: str) -> dict[str, Form]:
             )
             for chamber, heat, t, p in heats
         }
+
+    # A force is explained by the motion, the place and the pressures; friction changes its sign with the motion.
     terms = {
         "": ("", np.ones_like(sign)),
         "sign(v)": ("", sign),
@@ -163,6 +169,8 @@ def _list_terms_along_runs(model: Model, name: str) -> dict[str, Form]:
         "(p_A - p_B)": ("MPa", p_a - p_b),
         "(p_A + p_B - 2 p_0) sign(v)": ("MPa", (p_a + p_b) * sign),
     }
+
+    # At rest the motion has no sign, and friction is whatever holds the piston: those samples are left out.
     moving = abs(speed) > (0.0 if model.residuals.runs[0].bench == CYLINDER else MIN_SPEED)
     return {
         "force to closed, x the lift from mid stroke": (
@@ -178,6 +186,8 @@ def _simulate_states(machine: Machine, run: MeasuredRun, name: str) -> Iterator[
     if run.bench == CYLINDER:
         yield from _simulate_rig_states(machine, run, name)
         return
+
+    # The motion with the table in the machine; a state of it for each point in time.
     bench = run_bench(machine, run.pulse, float(run.times[-1]), sample=np.linspace(0.0, run.times[-1], RUN_POINTS))
     actuator, _ = actuator_of(machine, [0.0, run.pulse], np.inf)
     ambient, effect = actuator.ambient, getattr(machine.effects, name)
@@ -198,8 +208,12 @@ def _simulate_states(machine: Machine, run: MeasuredRun, name: str) -> Iterator[
             actuator.vent_pressure,
             actuator.stretch,
         )
+
+        # The law of the table alone, at that state: what the rest of the machine does is in the motion already.
         balance = np.zeros(TERMS)
         law(effect, state, balance)
+
+        # States above ambient. Dry friction has no sign in a balance, and acts against the motion.
         above = (p_a - ambient.pressure) / 1e6, (p_b - ambient.pressure) / 1e6
         warmer = t_a - ambient.temperature, t_b - ambient.temperature
         force = balance[FORCE] - np.sign(speed) * balance[DRY]

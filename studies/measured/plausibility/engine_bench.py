@@ -155,10 +155,13 @@ def check_air_flow(run: MeasuredRun, number: int, expected: Expected) -> Finding
 
 def _check_all(machine: Machine, run: MeasuredRun, number: int, expected: Expected) -> Iterator[Finding]:
     """Findings of the crank angle, then of the rest with the angle mended."""
+    # Every trace stands over the crank angle: with a wrong one, the checks behind it would blame the channels.
     finding, error = check_crank_angle(run, number, expected)
     if finding:
         yield finding
         run = run._replace(angles=run.angles - error)
+
+    # Each channel by itself. What the levels of a pressure show is mended for the check of both chambers below.
     values = dict(run.channels)
     temperature = find_supply_temperature(machine, run)
     for channel in run.channels:
@@ -175,6 +178,8 @@ def _check_all(machine: Machine, run: MeasuredRun, number: int, expected: Expect
             found = check_velocity(run, number, expected).finding
         if found:
             yield found
+
+    # What no single channel shows: chambers that are swapped, what the run states, and means over the cycle.
     both = {"pressure_a", "pressure_b"} <= values.keys()
     for finding in (
         check_swapped(run, number, values, expected) if both else None,
@@ -193,6 +198,8 @@ def _check_turn(run: MeasuredRun, number: int, channel: str, expected: Expected)
     step, span = float(np.median(np.diff(places))), find_span(values)
     later = known & (places >= places[0] + TURN)
     noise = find_noise(values)
+
+    # How far the turn is open, by what the record has: several turns, or one whole one. A part of one cannot tell.
     if later.sum() >= MIN_SAMPLES:  # several turns: each sample is compared with the one a turn before
         gap = float(np.median(values[later] - np.interp(places[later] - TURN, places[known], values[known])))
     elif abs(places[-1] + step - places[0] - TURN) < 2.0 * step:  # one: where the machine goes on at its end
@@ -208,6 +215,8 @@ def _check_turn(run: MeasuredRun, number: int, channel: str, expected: Expected)
         gap = end - begin
     else:
         return None
+
+    # Noise and effects of the library leave a turn a little open; only what is more is told.
     if abs(gap) <= MAX_OPEN_TURN * span + MIN_NOISES_OPEN * noise:
         return None
     size = show(run.bench, channel, abs(gap)).removesuffix(" abs")

@@ -69,6 +69,8 @@ def examine(
         findings += [describe_spoilt(run, each) for each in spoilt]
         run = without(run, spoilt)
         runs.append(run)
+
+        # The record by itself, and then against the machine, of which each bench has its own checks.
         masked = [each for each in measured.masked if each.run == number]
         findings += check_record(run, number, measured.noise, [*masked, *spoilt])
         check = BENCHES.get(run.bench)
@@ -82,11 +84,15 @@ def examine(
             findings += check_ends(run, number, channel, shown.at(channel, run) if shown and known else None)
         if report:
             report("plausibility", number + 1, len(measured.runs))
+
+    # What all runs say of the machine file. A wrong flight of it explains times for which single runs were blamed.
     if machine is not None:
         wrong = list(check_machine(machine, measured._replace(runs=tuple(runs)), expected, findings))
         if any(finding.check == Check.FLIGHT for finding in wrong):
             findings = [finding for finding in findings if finding.check not in OF_THE_MACHINE]
         findings += wrong
+
+    # Only what stands by itself is left before findings that all runs share are made faults.
     if measured.bench == CYLINDER:
         findings = drop_repeated(findings)
     findings = escalate_still([*_drop_followers(findings), *check_masked(measured), *check_folder(measured)], measured)

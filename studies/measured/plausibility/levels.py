@@ -148,14 +148,21 @@ def check_lift(machine: Machine, run: MeasuredRun, number: int, expected: Expect
     allowance = 2.0 * noise
     is_out = low < MAX_BELOW * stroke - allowance or high > MAX_ABOVE * stroke + allowance
     is_small = high - low < MIN_MOVED * stroke and machine_levels[1] - machine_levels[0] > MIN_DONE * stroke
+
+    # A lift that keeps to the stroke, and moves as far as the machine's, may still rest beside zero.
     if not (is_out or is_small):
         return Judged(_find_rest(run, number, expected, stroke, noise) if expected else None)
+
+    # What may have been misread: a unit, a sign, a zero. Units are tried only where the machine moves: by some factor
+    # nearly any levels agree with a lift of nothing.
     rest = _rest(run, expected)
     tolerances = [MAX_OFF_LIFT * stroke] * 2
     slipped = rest if abs(rest) > MIN_SLIPPED * stroke else 0.0
     is_moving = machine_levels[1] - machine_levels[0] > MIN_MOVED * stroke
     tried = (each for each in list_lift_misreadings(slipped) if is_moving or abs(each.factor) == 1.0)
     misreading = explain_levels((low, high), machine_levels, tolerances, tried)
+
+    # A lift that is small alone may be true, as of a piston that sticks: once mended, it has to go as the machine's.
     if is_small and (misreading is None or _likeness(run, expected, misreading) < MIN_ALIKE):
         if not is_out:
             return Judged(None)

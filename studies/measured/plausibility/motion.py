@@ -203,12 +203,16 @@ def check_times(run: MeasuredRun, number: int, values: Mapping[str, np.ndarray],
     motions = find_motions(run, values, expected)
     if not motions:
         return None
+
+    # How much later than the machine's the edges are, and whether both by the same, as a wrong trigger makes them.
     shifts = np.array([[motion.opening, motion.closing] for motion in motions])
     opening, closing = _median(shifts[:, 0]), _median(shifts[:, 1])
     before = [motion for motion in motions if _is_before_command(motion, run)]
     rough = _median(np.array([opening, closing]))
     is_common = abs(opening - closing) <= max(MAX_UNEQUAL[0], MAX_UNEQUAL[1] * abs(rough))  # NaN: False
     channel = (before or motions)[0].channel
+
+    # Motion before the command is a fault of the times, whatever the machine is.
     if before:
         begins = min(motion.measured.begins for motion in before)
         at = "at its first sample" if begins == run.times[0] else f"at {1e3 * begins:.1f} ms"
@@ -221,11 +225,15 @@ def check_times(run: MeasuredRun, number: int, values: Mapping[str, np.ndarray],
         else:
             right = "make t = 0 the command"
         return Finding(Kind.FAULT, Check.TIME_ZERO, run.data, channel, seen, reason, right, number)
+
+    # A shift of both edges may be one of the times. Of one edge alone it has to be longer than any effect delays it.
     if not np.isfinite(opening) and not np.isfinite(closing):
         return None
     one_edge = np.isfinite(opening) and not np.isfinite(closing) and abs(opening) >= MIN_ONE_EDGE_LATE
     if not ((is_common and abs(rough) >= MIN_SHIFT_WARNED) or one_edge):
         return None
+
+    # The shift by the whole traces, which also tell whether their shape fits: only then is it refused.
     shift, left = _refine(run, values, expected, motions, rough)
     if abs(shift) < MIN_SHIFT_WARNED:
         return None

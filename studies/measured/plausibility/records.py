@@ -84,6 +84,9 @@ def check_ends(run: MeasuredRun, number: int, channel: str, machine_values: np.n
     span = np.ptp(values)
     if span == 0.0:
         return
+
+    # Equal values in a row at an end, where noise would change them or the machine goes on. A lift lies still at its
+    # stop, wherever the machine's goes: noise alone tells it.
     for end, name, sign in ((values.max(), "largest", 1.0), (values.min(), "smallest", -1.0)):
         is_at_end = np.abs(values - end) <= ROUNDING * span
         longest = max(end - first for first, end in find_runs(is_at_end))
@@ -98,6 +101,8 @@ def check_ends(run: MeasuredRun, number: int, channel: str, machine_values: np.n
                 Kind.FAULT, Check.CLIPPED, run.data, channel, seen, "clipped at the end of its range?", right, number
             )
             return
+
+    # Many equal values that are not in a row may be right. In a short record they may be chance.
     for end in (values.max(), values.min()) if len(values) > MIN_FOR_SATURATION else ():
         is_at_end = values == end
         if np.mean(is_at_end) > MAX_SATURATED and (channel != "lift" or has_noise(values, is_at_end)):
@@ -114,6 +119,8 @@ def _check_sampling(run: MeasuredRun, number: int) -> Iterator[Finding]:
     steps = np.diff(run.times)
     if run.bench == CYLINDER or not len(steps):  # its samples are means over cells of the stroke
         return
+
+    # A valve's record without its motion is of no use, however evenly it is sampled.
     in_motion = int(np.sum((run.times >= 0.0) & (run.times <= run.pulse + CLOSES)))
     if run.bench == VALVE and in_motion < MIN_IN_MOTION:
         many = f"{in_motion or 'no'} sample{'s' * (in_motion != 1)}"
@@ -124,6 +131,8 @@ def _check_sampling(run: MeasuredRun, number: int) -> Iterator[Finding]:
         )
         yield Finding(Kind.WARNING, Check.MOTION_MISSED, run.data, "time", seen, reason, right, number)
         return
+
+    # Gaps, or else uneven steps: a gap makes them uneven, too.
     usual = float(np.median(steps))
     gaps = np.flatnonzero(steps > MIN_GAP * usual)
     axis = "crank_angle" if run.bench == ENGINE else "time"
@@ -216,6 +225,8 @@ def _describe_disturbance(run: MeasuredRun, masked: Masked, *, is_masked: bool, 
     is_spikes = masked.disturbance == Disturbance.SPIKES
     axis, _ = _axis(run)
     shown = [f"{np.degrees(place):.5g} deg" if axis == ANGLE else f"{place * 1e3:.5g} ms" for place in places]
+
+    # What is seen of each kind, what may have made it, and what helps.
     if is_spikes:
         farthest = int(np.argmax(np.abs(masked.values - np.median(masked.values)))) if number > 1 else 0
         many = f"{number} spikes, one" if number > 1 else "a spike"
@@ -238,9 +249,13 @@ def _describe_disturbance(run: MeasuredRun, masked: Masked, *, is_masked: bool, 
         if masked.disturbance == Disturbance.CLIPPED:
             check, reason = Check.CLIPPED, "clipped at the end of its range?"
             right = "choose a wider range of sensor and recorder"
+
+    # Samples without any number cannot be shown by their values: the file itself said what they are.
     if np.isnan(masked.values).all():
         where = f"between {shown[0]} and {shown[-1]}" if number > 1 else f"at {shown[0]}"
         seen = f"is over range in {number} sample{'s' * (number > 1)} {where}, as the file says"
+
+    # What became of the samples, and what else the user can do about those that are still there.
     if is_masked:
         seen += f"; {100.0 * masked.share:.2g} % of the samples are masked"
         right = f"these samples are used by nothing; {right}"

@@ -70,9 +70,13 @@ def _check_channels(
     """Findings of levels, then of motion, each fault mended before what is behind it."""
     values = dict(run.channels)
     supply = run.supply
+
+    # Columns that stand for each other would make all checks of their levels wrong: they are judged no further.
     if (finding := check_exchanged(run, number, values, expected)) is not None:
         yield finding
         values = {name: array for name, array in values.items() if name not in ("lift", "pressure_a")}
+
+    # The chambers, mended, and the supply behind them: it is judged by what chamber A shows at rest.
     for channel in CHAMBERS:
         if channel in values:
             judged = check_pressure(machine, run, number, channel, expected)
@@ -89,6 +93,8 @@ def _check_channels(
             yield finding
     if (finding := check_supply_temperature(run, number)) is not None:
         yield finding
+
+    # The lift, first its levels: from which stop it is measured is seen only of one within the stroke.
     if "lift" in values:
         judged = check_lift(machine, run, number, expected)
         if judged.finding:
@@ -97,10 +103,14 @@ def _check_channels(
         if (finding := check_inverted(run, number, values["lift"], expected)) is not None:
             yield finding
             values["lift"] = machine.valve.stroke - values["lift"]
+
+    # Motion depends on the supply: with a wrong one, times and pulse would be blamed for it.
     if supply != run.supply:
         expected = expect(machine, asked._replace(supply=supply)) or expected
     yield from _check_still(machine, run, number, values, expected)
     yield from _check_motion(machine, run, number, values, asked._replace(supply=supply), expected)
+
+    # Temperatures and velocity, on which no other check depends.
     temperature = find_supply_temperature(machine, run)
     for channel in values:
         if channel.startswith("temperature"):

@@ -59,9 +59,14 @@ def speed_demand(machine: Machine) -> Claim:
     """Judge the claim that 30 Hz satisfy the engine's speed demand [EPV, discussion of Fig. 10]; this takes seconds."""
     engine = supplied(machine)
     own_window = (engine.command.close_target - engine.command.open_target) / DEGREE
+
+    # Answers are kept: the search for the least window and the verdicts below ask for many of the same windows.
     meets, wide = cache(lambda window: _works(engine, window)), with_area(engine, AREAS[-1])
     limit, least = engine_limit(engine).limit / RPM, min_window(meets)
     widest = min_window(lambda window: _works(wide, window))
+
+    # A claim for the machine's own window, which is the answer, and one for each window tried, as the paper names none.
+    # Rounded, an own window that is one of these is tried once.
     tried = sorted({*WINDOWS, round(own_window, 6)})
     claims = [
         Claim(
@@ -96,16 +101,22 @@ def correction(machine: Machine) -> Claim:
     values, deviations = {}, []
     for speed in CORRECTED_AT:
         timings = [corrected(supplied(machine, temperature), speed * RPM) for temperature in TEMPERATURES]
+
+        # A straight line through the ends of the range: the correction is easy where the angles stay near it.
         for name in ("advance", "release_advance"):
             angles = np.array([getattr(timing, name) for timing in timings]) / DEGREE
             line = np.interp(TEMPERATURES, TEMPERATURES[[0, -1]], angles[[0, -1]])
             deviations.append(np.abs(angles - line).max())
             values[f"{name}_change_deg_at_{speed:g}_rpm"] = angles[-1] - angles[0]
+
+    # Two changes for each speed, that of the opening and that of the closing, in the order of the loop above.
     changes = list(values.values())
     advances = "; ".join(
         f"{changes[2 * i]:+.2f}° and {changes[2 * i + 1]:+.2f}° at {speed:g} r/min"
         for i, speed in enumerate(CORRECTED_AT)
     )
+
+    # Near is within the angle by which the valve may miss its targets.
     worst = max(deviations)
     return Claim(
         "correction_for_temperature",

@@ -137,9 +137,13 @@ def viscous_friction(friction_map: FrictionMap) -> Claim:
     search in its Table 2.
     """
     row, count = friction_map.row_of(PAPERS), len(STATEMENTS)
+
+    # How many statements hold at once at the published friction, and how many at the best one.
     papers = friction_map.max_at_once(PAPERS)
     highest = max(friction_map.max_at_once(friction) for friction in friction_map.frictions)
     areas, ramps = friction_map.areas * 1e6, friction_map.ramps * 1e3
+
+    # Each statement by itself: in which share of the conditions it holds there, and up to which friction at all.
     shares = {s.key: float(friction_map.holds[s.key][row].mean()) for s in STATEMENTS}
     never = ", ".join(s.name.replace("$", "") for s in STATEMENTS if shares[s.key] == 0.0)
     values: dict[str, Any] = {"statements": count, "most_at_once": papers, "most_at_once_at_any_friction": highest}
@@ -147,6 +151,8 @@ def viscous_friction(friction_map: FrictionMap) -> Claim:
         values[f"{s.key}_share_of_conditions"] = shares[s.key]
         values[f"{s.key}_in_all_conditions_up_to_N_s_per_m"] = friction_map.everywhere(s.key)
         values[f"{s.key}_in_any_condition_up_to_N_s_per_m"] = friction_map.anywhere(s.key)
+
+    # The answer names two of them: up to which friction each holds in all conditions, and in some.
     ends = [
         end(key)
         for key in ("stroke_time", "pressure_inversion")
@@ -169,6 +175,8 @@ def viscous_friction(friction_map: FrictionMap) -> Claim:
         f"says of the motion; the search went from {SEARCHED[0]:g} to {SEARCHED[1]:g} N s/m (Table 2). "
         "The figure friction_map shows it.",
     )
+
+    # The paper does not print the solenoids' area, so that there is a verdict for each, at the ramp where most holds.
     by_area = sum(np.all(friction_map.holds[s.key][row] == 1.0, axis=-1) for s in STATEMENTS).max(axis=-1)
     claims = [
         claim._replace(ours=f"at most {n} of {count} statements", verdict=verdict_of(n == count)) for n in by_area
