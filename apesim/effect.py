@@ -71,6 +71,25 @@ def contact(effect: Any, speed: float) -> float:
     return 0.0
 
 
+class Search(NamedTuple):
+    """How `apesim gap explain` looks for an effect, where that is not as for most."""
+
+    shapes: tuple[str, ...] = ()
+    """Parameters beside the strengths that a fit may free."""
+    unseen_on_rig: tuple[str, ...] = ()
+    """Those of them that a cylinder moved by a drive cannot show: its piston never rests where it is looked at."""
+    strengths: tuple[str, ...] = ()
+    """Strengths that are searched for, where they are not all."""
+    min_area: float = 0.0
+    """Least area of a strength that does the less the larger it is [m2]; 0: it is no such area."""
+    sizes: tuple[float, ...] = ()
+    """Sizes of probes, over the range of the strength, for an effect whose slope at zero vanishes; (): the usual."""
+    is_nuisance: bool = False
+    """Whether it is no physics to be named, but an error of the record that is known within a prior."""
+    isolated_on_rig: str = ""
+    """Measurement that tells it from others on a cylinder moved by a drive; "": as on the valve's bench."""
+
+
 class Effect(NamedTuple):
     """An effect as the library lists it: its name, parameters, description and slots."""
 
@@ -101,6 +120,8 @@ class Effect(NamedTuple):
     layer: str = ""
     """Layer whose balances and parameters an effect from outside acts on, "valve" or "engine"; "": it is one of ours,
     and its list says so."""
+    search: Search = Search()
+    """How `apesim gap explain` looks for it."""
 
     @property
     def is_from_outside(self) -> bool:

@@ -37,6 +37,7 @@ myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath", "fi
 myst_heading_anchors = 4
 
 autosummary_generate = [f"reference/{path.name}" for path in sorted((HERE / "reference").glob("*.md"))]
+autosummary_generate += ["generated/effect_laws.md"]
 templates_path = ["templates"]
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"

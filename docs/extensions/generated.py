@@ -14,9 +14,10 @@ from typing import Any
 from sphinx.application import Sphinx
 
 import apesim
-from apesim.engine.effects import ALL_EFFECTS
-from apesim.studies.gap.search.candidates import NUISANCES, find_candidates
+from apesim.engine.effects import ALL_EFFECTS, ENGINE_EFFECTS
+from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.measured.sensors import SENSORS
+from apesim.valve.effects import VALVE_EFFECTS
 from docs.extensions.citation import write_citation
 from docs.extensions.commands import write_commands, write_common_options, write_python_names
 from docs.extensions.folders import write_folders
@@ -97,6 +98,9 @@ def _say_search(entry: Any, parameter: Any) -> str:
     return "fitted where the library is refused" if entry.name.startswith("tabulated_") else "stays as it is"
 
 
+NUISANCES = {effect.name for effect in ALL_EFFECTS if effect.search.is_nuisance}
+
+
 @cache
 def _find_fitted_keys() -> set[str]:
     """Keys of the parameters that the search for a missing effect fits."""
@@ -143,10 +147,27 @@ def write_measured() -> str:
     return "\n".join(lines) + "\n"
 
 
+VALVE_ORDER = (
+    "In the order in which air flows: supply line, solenoids, chambers, piston, stops; then tables, and what a record "
+    "passes."
+)
+
+
+def write_effect_laws() -> str:
+    """Pages of the laws, in the order of the library."""
+    lines = []
+    for layer, effects, order in (("valve", VALVE_EFFECTS, VALVE_ORDER), ("engine", ENGINE_EFFECTS, "")):
+        lines += [f"## Effects of the {layer}", "", order, "", "```{eval-rst}", ".. autosummary::"]
+        lines += ["   :toctree: ../reference/generated", "   :nosignatures:", ""]
+        lines += [f"   {effect.parameters.__module__}" for effect in effects]
+        lines += ["```", ""]
+    return "\n".join(lines)
+
+
 PAGES: dict[str, Callable[[], str]] = {"effects": write_effects, "measured": write_measured}
 PAGES |= {"commands": write_commands, "common_options": write_common_options, "python_names": write_python_names}
 PAGES |= {"machine_keys": write_machine_keys, "machine.toml": write_machine, "folders": write_folders}
-PAGES |= {"citation": write_citation}
+PAGES |= {"citation": write_citation, "effect_laws": write_effect_laws}
 
 
 def write(_app: Sphinx) -> None:
@@ -160,5 +181,5 @@ def write(_app: Sphinx) -> None:
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register."""
-    app.connect("builder-inited", write)
+    app.connect("builder-inited", write, priority=400)  # before autosummary, which reads one of them
     return {"parallel_read_safe": True, "parallel_write_safe": True}

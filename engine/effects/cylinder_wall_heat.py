@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from apesim.air import heat_capacity
-from apesim.effect import Effect, law
+from apesim.effect import Effect, Search, law
 from apesim.engine.cylinder import ENERGY, HEAT, WALL_EXERGY, CylinderState
 from apesim.engine.kinematics import piston_face
 from apesim.exergy import heat_exergy
@@ -297,4 +297,5 @@ EFFECT = Effect(
     seen_in="compression and expansion",
     isolated_by="motored compression and expansion with both valves closed, at two speeds",
     strengths=("h", "factor"),
+    search=Search(strengths=("h",)),
 )

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
-from apesim.effect import Effect, FedVolume
+from apesim.effect import Effect, FedVolume, Search
 from apesim.quantities import Quantity
 
 MIN_AREA = 30e-6
@@ -53,4 +53,5 @@ EFFECT = Effect(
     seen_in="receiver pressure over the crank angle; cylinder pressure in admission",
     isolated_by="pressure right before the groove against that in the receiver",
     volume=volume,
+    search=Search(min_area=MIN_AREA),
 )

@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from apesim.effect import Effect, contact
+from apesim.effect import Effect, Search, contact
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
 
@@ -51,4 +51,5 @@ EFFECT = Effect(
     source="Newton's law of restitution",
     seen_in="rebound at the stops",
     isolated_by="lift sampled at 20 kHz or more around the contact",
+    search=Search(sizes=(0.25, 0.5, 0.75, 1.0)),
 )

@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from apesim.effect import Effect
+from apesim.effect import Effect, Search
 from apesim.quantities import Quantity
 from apesim.reading import Reading
 
@@ -64,4 +64,5 @@ EFFECT = Effect(
     seen_in="both chamber pressures of one file; never physics",
     isolated_by="the control air on one chamber alone",
     sensor=sensor,
+    search=Search(is_nuisance=True),
 )

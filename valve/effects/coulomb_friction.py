@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from apesim.effect import Effect, law
+from apesim.effect import Effect, Search, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
 from apesim.valve.terms import BREAKAWAY, DRY, ValveState
@@ -69,4 +69,10 @@ EFFECT = Effect(
     seen_in="flight at low pressure; confused with the springs",
     isolated_by="slow strokes at low supply pressure, with both chamber pressures measured",
     strengths=("force", "breakaway"),
+    search=Search(
+        shapes=("breakaway",),
+        unseen_on_rig=("breakaway",),
+        strengths=("force",),
+        isolated_on_rig="strokes at two pressures, and at two speeds with a factor of five between them",
+    ),
 )

@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from apesim.effect import Effect, law, note_branch
+from apesim.effect import Effect, Search, law, note_branch
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
 from apesim.valve.terms import BRANCH, FORCE, ValveState
@@ -67,4 +67,5 @@ EFFECT = Effect(
     source="cushions of pneumatic cylinders, with check valves; squeezed films",
     seen_in="last millimetre before a stop; confused with bounce",
     isolated_by="lift sampled at 20 kHz or more around the contact",
+    search=Search(shapes=("length",)),
 )

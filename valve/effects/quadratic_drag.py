@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from apesim.effect import Effect, law
+from apesim.effect import Effect, Search, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
 from apesim.valve.terms import FORCE, ValveState
@@ -63,4 +63,5 @@ EFFECT = Effect(
     source="turbulent drag; Idelchik, Handbook of Hydraulic Resistance",
     seen_in="fast flight; confused with viscous friction",
     isolated_by="strokes at high supply pressure, speed over position with both chamber pressures",
+    search=Search(isolated_on_rig="strokes at one pressure, as fast as the drive can"),
 )

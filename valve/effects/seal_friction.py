@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from apesim.effect import Effect, law
+from apesim.effect import Effect, Search, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
 from apesim.valve.terms import BREAKAWAY, DRY, ValveState
@@ -72,4 +72,5 @@ EFFECT = Effect(
     source="Belforte et al. 1993, Lubrication Engineering 49, 775: friction of lip seals over pressure and speed",
     seen_in="flight at high pressure; confused with quadratic drag",
     isolated_by="strokes at three supply pressures, with both chamber pressures measured",
+    search=Search(isolated_on_rig="strokes at three pressures and one speed"),
 )

@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from apesim.effect import Effect
+from apesim.effect import Effect, Search
 from apesim.quantities import Quantity
 from apesim.reading import Reading
 
@@ -71,4 +71,5 @@ EFFECT = Effect(
     isolated_by="known values: the stops, a dead-weight tester, a calibrated arm",
     strengths=SensorGain._fields,
     sensor=sensor,
+    search=Search(is_nuisance=True),
 )

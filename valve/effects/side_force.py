@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from apesim.effect import Effect, law
+from apesim.effect import Effect, Search, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
 from apesim.valve.terms import FORCE, ValveState
@@ -57,4 +57,5 @@ EFFECT = Effect(
     source="EPV paper (doi 10.1631/jzus.A0820373), Eq. 1, with a force that does not depend on the motion",
     seen_in="opening against closing; confused with the springs' rest position",
     isolated_by="strokes with the valve upright and upside down, or force over travel with both chambers open",
+    search=Search(isolated_on_rig="the load cell tared with the piston free, and the rig turned over"),
 )

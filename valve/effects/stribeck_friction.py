@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from apesim.effect import Effect, law
+from apesim.effect import Effect, Search, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
 from apesim.valve.terms import BREAKAWAY, DRY, ValveState
@@ -69,4 +69,5 @@ EFFECT = Effect(
     source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30, 1083",
     seen_in="first 2 ms of flight; confused with a delay",
     isolated_by="slow strokes at low supply pressure, lift sampled at 20 kHz or more",
+    search=Search(shapes=("speed",), isolated_on_rig="strokes at one pressure, at speeds from 1 mm/s to some 100 mm/s"),
 )

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
-from apesim.effect import Effect, FedVolume
+from apesim.effect import Effect, FedVolume, Search
 from apesim.quantities import Quantity
 
 MIN_AREA = 2e-6
@@ -53,4 +53,5 @@ EFFECT = Effect(
     seen_in="rise of the filling chamber; confused with the solenoids' effective area",
     isolated_by="pressure right before the solenoids over a stroke",
     volume=volume,
+    search=Search(shapes=("volume",), min_area=MIN_AREA),
 )

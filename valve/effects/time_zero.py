@@ -3,7 +3,7 @@
 from math import isnan
 from typing import Annotated, NamedTuple
 
-from apesim.effect import Effect
+from apesim.effect import Effect, Search
 from apesim.quantities import Quantity
 from apesim.reading import Reading, moved
 
@@ -51,4 +51,5 @@ EFFECT = Effect(
     seen_in="all channels of all runs alike; confused with the solenoids' dead time",
     isolated_by="the solenoids' current on a channel of its own",
     sensor=sensor,
+    search=Search(is_nuisance=True),
 )

@@ -35,14 +35,6 @@ MIN_SETTLED = 0.1
 STEP_SETTLED = 0.05
 """Share of what is open by which one experiment has to settle more than another to count as better: draws err by half
 of it. Of two alike, the one that keeps its explanations farther apart is taken."""
-ISOLATED_ON_RIG = {
-    "coulomb_friction": "strokes at two pressures, and at two speeds with a factor of five between them",
-    "stribeck_friction": "strokes at one pressure, at speeds from 1 mm/s to some 100 mm/s",
-    "seal_friction": "strokes at three pressures and one speed",
-    "quadratic_drag": "strokes at one pressure, as fast as the drive can",
-    "side_force": "the load cell tared with the piston free, and the rig turned over",
-}
-"""Experiments on a cylinder that a drive moves; those of the library are on a valve."""
 
 
 def find_next_test(explanation: "Explanation") -> dict[str, Any]:
@@ -96,11 +88,10 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
 
 def _isolate(explanation: "Explanation", names: Sequence[str]) -> dict[str, Any]:
     """The library's own experiment for the first of some effects, as ``isolate``."""
-    isolated = {
-        name: entry.isolated_by for name, entry in list_effects(explanation.calibrated.residuals.machine).items()
-    }
-    if explanation.measured.bench == CYLINDER:
-        isolated |= ISOLATED_ON_RIG
+    isolated = {}
+    for name, entry in list_effects(explanation.calibrated.residuals.machine).items():
+        on_rig = entry.isolated_on_rig if explanation.measured.bench == CYLINDER else ""
+        isolated[name] = on_rig or entry.isolated_by
     rows = [{"effect": name, "isolated_by": isolated[name]} for name in names[:MAX_EFFECTS] if name in isolated]
     return {"isolate": rows}
 

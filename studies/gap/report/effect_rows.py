@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from apesim.engine.effects import ALL_EFFECTS
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import DECLARED, corrections, shown
 from apesim.studies.estimation.profile_likelihood import End, EndKind
 from apesim.studies.gap.report.rounding import NORMAL_95, find_error, round_to_error
-from apesim.studies.gap.search.candidates import SHAPES
 from apesim.studies.gap.search.intervals import find_shapes
 
 
@@ -103,6 +103,10 @@ def find_ends(model: Model, j: int) -> Sequence[End]:
     is_inside = parameter.low <= x[j] - half, x[j] + half <= parameter.high
     kinds = [EndKind.FROM_CURVATURE if inside else EndKind.FROM_CURVATURE_OPEN for inside in is_inside]
     return [End(end, kind, x) for end, kind in zip(ends, kinds, strict=True)]
+
+
+SHAPES = {effect.name: effect.search.shapes for effect in ALL_EFFECTS}
+"""Parameters beside the strengths that a fit frees, by name of effect."""
 
 
 def format_value(row: dict[str, Any]) -> str:

@@ -5,35 +5,16 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from apesim.effect import Effect
-from apesim.engine.effects import intake_pipe_loss
 from apesim.engine.machine import Machine
 from apesim.quantities.trees import fields
 from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.measured import CYLINDER
-from apesim.valve.effects import supply_droop
 
-SHAPES = {
-    "coulomb_friction": ("breakaway",),
-    "stribeck_friction": ("speed",),
-    "end_cushion": ("length",),
-    "supply_droop": ("volume",),
-}
-"""Parameters beside the strength that a fit may free."""
-MIN_AREAS = {"supply_droop": supply_droop.MIN_AREA, "intake_pipe_loss": intake_pipe_loss.MIN_AREA}
-"""Effects whose strength is an area that does the less the larger it is; the least of it [m2]."""
-UNSEEN_SHAPES: dict[str, tuple[str, ...]] = {CYLINDER: ("breakaway",)}
-"""Parameters that a bench cannot show: a piston that a drive moves never rests where it is looked at."""
-SEARCHED_STRENGTHS = {"cylinder_wall_heat": ("h",), "coulomb_friction": ("force",)}
-"""Strengths that are searched for, where they are not all."""
-NUISANCES = ("sensor_gain", "sensor_offset", "time_zero", "channel_swap")
-"""Effects of the library that are no physics to be named, but known within a prior."""
 SAME_IN_RECORD = {"valve.solenoid.dead_time": "time_zero"}
 """Numbers of the machine that do the same to every signal of a valve's bench as an error of the record: both edges come
 later, whether the solenoids or the recorder are late."""
 SIZES, INVERSE_SIZES = (0.01, 0.25, -0.25), (0.1, 0.5)
 """Sizes of probes, in units of a strength's x."""
-LARGE_SIZES = {"bounce": (0.25, 0.5, 0.75, 1.0)}
-"""Sizes of probes of effects whose slope at zero vanishes, and that look otherwise at each size."""
 MAX_REACH = 1.3
 """How far beyond its range a strength may be fitted: an effect that ends there by its interval is not the one."""
 
@@ -51,6 +32,8 @@ class Candidate(NamedTuple):
     """File that it is a fault of, see `apesim.studies.gap.search.run_faults`; "": it is an effect of the library."""
     kind: str = ""
     """Kind of the fault; "": it is an effect of the library."""
+    sizes: tuple[float, ...] = ()
+    """Sizes of its probes in units of a strength's x; (): the usual."""
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -98,21 +81,23 @@ class Probe(NamedTuple):
 def find_candidates(machine: Machine, bench: str, effects: Iterable[Effect]) -> list[Candidate]:
     """The effects that may be missing: those of the library that are off in the machine, in its order.
 
-    Tables are left out, and so are the sensors' gain, offset and time zero (`NUISANCES`), which are known within a
-    prior. `effects` are those of `select_effects`, chosen by `bench` ("valve", "engine" or "cylinder") already.
+    Tables are left out, and so are errors of the record that are known within a prior, as a sensor's gain. `effects`
+    are those of `select_effects`, chosen by `bench` ("valve", "engine" or "cylinder") already.
     """
     candidates = []
     for effect in effects:
-        if effect.name in NUISANCES or effect.tabulated or effect.is_on(getattr(machine.effects, effect.name)):
+        search = effect.search
+        if search.is_nuisance or effect.tabulated or effect.is_on(getattr(machine.effects, effect.name)):
             continue
         names = effect.strengths or effect.parameters._fields[:1]  # type: ignore[attr-defined]
-        shapes = [n for n in SHAPES.get(effect.name, ()) if n not in UNSEEN_SHAPES.get(bench, ())]
-        strengths = [n for n in names if n in SEARCHED_STRENGTHS.get(effect.name, names)]
+        shapes = [name for name in search.shapes if bench != CYLINDER or name not in search.unseen_on_rig]
+        strengths = [name for name in names if name in (search.strengths or names)]
         candidates.append(
             Candidate(
                 effect.name,
                 tuple(make_strength(effect, name) for name in strengths),
                 tuple(_make_shape(effect, name) for name in shapes),
+                sizes=search.sizes,
             )
         )
     return candidates
@@ -122,7 +107,7 @@ def make_strength(effect: Effect, name: str) -> Parameter:
     """A strength of an effect, by its `name`, as a scaled parameter that is off at x = 0.
 
     Its value is ``off + scale x``, where the scale reaches to the end of the declared range that is farther from off; a
-    fit may go `MAX_REACH` times as far. An effect in `MIN_AREAS` has the value ``scale / x`` with the scale at the
+    fit may go `MAX_REACH` times as far. An effect with a `min_area` has the value ``scale / x`` with the scale at the
     least area, as it does the less the larger it is.
 
     >>> from apesim.valve.effects import coulomb_friction
@@ -133,22 +118,25 @@ def make_strength(effect: Effect, name: str) -> Parameter:
     key = f"effects.{effect.name}.{name}"
     declared = fields(effect.parameters)[name]
     low, high = declared.ends
-    if effect.name in MIN_AREAS:
-        min_area = MIN_AREAS[effect.name]
+    if min_area := effect.search.min_area:
         return Parameter(key, min_area, min_area / high, 1.0, effect.off, inverse=True)
     away = max(high - effect.off, effect.off - low, key=abs)
     first, last = sorted((MAX_REACH * (low - effect.off) / away, MAX_REACH * (high - effect.off) / away))
-    outside: dict[str, Any] = (
-        {"outside": declared, "is_sensed": effect.slots == ("sensor",)} if effect.is_from_outside else {}
-    )
-    return Parameter(key, away, first, last, effect.off, reach=MAX_REACH, **outside)
+    return Parameter(key, away, first, last, effect.off, reach=MAX_REACH, **_from_outside(effect, name))
 
 
 def _make_shape(effect: Effect, name: str) -> Parameter:
     """A shape of an effect as a parameter: x = 0 and 1 are the ends of its declared range."""
     key = f"effects.{effect.name}.{name}"
     low, high = fields(effect.parameters)[name].ends
-    return Parameter(key, high - low, 0.0, 1.0, low)
+    return Parameter(key, high - low, 0.0, 1.0, low, **_from_outside(effect, name))
+
+
+def _from_outside(effect: Effect, name: str) -> dict[str, Any]:
+    """What a parameter of an effect from outside brings along; of ours, the machine's class knows it."""
+    if not effect.is_from_outside:
+        return {}
+    return {"outside": fields(effect.parameters)[name], "is_sensed": effect.slots == ("sensor",)}
 
 
 def list_probes(candidate: Candidate) -> Iterator[Probe]:
@@ -162,7 +150,7 @@ def list_probes(candidate: Candidate) -> Iterator[Probe]:
     [(0.01,), (0.25,), (-0.25,)]
     """
     for number, strength in enumerate(candidate.strengths):
-        sizes = INVERSE_SIZES if strength.inverse else LARGE_SIZES.get(candidate.name, SIZES)
+        sizes = INVERSE_SIZES if strength.inverse else candidate.sizes or SIZES
         for size, *shapes in product(sizes, *((0.1, 0.6) for _ in candidate.shapes)):
             if strength.low <= size <= strength.high:
                 yield Probe(candidate, candidate.switch_on(number, size, shapes), number)

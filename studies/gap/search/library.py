@@ -61,6 +61,8 @@ class EffectEntry(NamedTuple):
     """Name of the file of an effect from outside."""
     benches: tuple[str, ...] = ()
     """Benches of measured data on which it can show."""
+    isolated_on_rig: str = ""
+    """The experiment on a cylinder moved by a drive; "": `isolated_by`."""
 
 
 class EffectLibrary(Mapping[str, EffectEntry]):
@@ -189,6 +191,7 @@ def list_effects(machine: Machine | None = None) -> EffectLibrary:
             effect.isolated_by,
             files.get(effect.name, ""),
             tuple(str(bench) for bench in Bench if effect in shown[bench]),
+            effect.search.isolated_on_rig,
         )
         for effect in (library_of(machine.effects) if machine else ALL_EFFECTS)
     )

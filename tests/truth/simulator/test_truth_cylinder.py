@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import apesim
-from apesim.studies.gap.design.next_test import ISOLATED_ON_RIG
+from apesim.valve.effects import coulomb_friction
 from tests.truth.simulator.cylinder import Cylinder, Record, balance, move, write_folder
 
 BORE = "25.7 mm"
@@ -67,7 +67,7 @@ def test_coulomb_friction_is_named_with_its_value(tmp_path):
     found = explain(tmp_path, Cylinder(coulomb=5.0), seed=12)
     assert found.verdict == "NAMED"
     assert_effects(found, {"effects.coulomb_friction.force": 5.0})
-    assert found.next_test["text"].endswith("coulomb friction: " + ISOLATED_ON_RIG["coulomb_friction"] + ".")
+    assert found.next_test["text"].endswith("coulomb friction: " + coulomb_friction.EFFECT.search.isolated_on_rig + ".")
     assert_closed(found)
 
 

@@ -3,21 +3,12 @@ import json
 import pytest
 
 import apesim
-from apesim.engine.effects import ALL_EFFECTS
+from apesim.engine.effects import ALL_EFFECTS, ENGINE_EFFECTS
 from apesim.studies.cli import app
 from apesim.studies.console import main_of
 from apesim.studies.gap.search.library import list_effects
+from apesim.valve.effects import VALVE_EFFECTS
 
-NAMES = """
-supply_droop solenoid_a_delay solenoid_b_delay release_delay slow_ramp pressure_dependent_delay critical_ratio
-discharge_coefficient_slope vent_back_pressure dead_volume ring_leakage leakage_a leakage_b chamber_wall_heat
-moving_mass_error spring_rate_error coulomb_friction stribeck_friction seal_friction quadratic_drag side_force
-intake_flow_force end_cushion bounce tabulated_force tabulated_damping tabulated_heat tabulated_leak tabulated_area
-tabulated_delay lift_sensor_lag pressure_sensor_lag sensor_gain sensor_offset time_zero clock_error channel_swap
-intake_pipe_loss groove_area_error seat_leak clearance_error cylinder_wall_heat blow_by exhaust_timing
-exhaust_restriction exhaust_back_pressure friction_torque tabulated_cylinder_heat tabulated_cylinder_leak
-tabulated_groove speed_ripple tdc_error
-""".split()
 CHANNELS = {"lift", "pressure_a", "pressure_b", "cylinder_pressure", "torque", "air_flow", "force"}
 STRENGTHS = {
     "coulomb_friction": {"force", "breakaway"},
@@ -29,8 +20,8 @@ STRENGTHS = {
 
 
 def test_the_library_lists_every_effect_in_the_order_of_the_air():
-    assert [entry.name for entry in list_effects().values()] == NAMES == [effect.name for effect in ALL_EFFECTS]
-    assert [entry.layer for entry in list_effects().values()] == ["valve"] * 37 + ["engine"] * 15
+    layers = [("valve", effect) for effect in VALVE_EFFECTS] + [("engine", effect) for effect in ENGINE_EFFECTS]
+    assert [(entry.layer, entry.name) for entry in list_effects().values()] == [(of, each.name) for of, each in layers]
 
 
 @pytest.mark.parametrize(
@@ -81,11 +72,11 @@ def test_ranges_are_told_with_their_unit(effect, parameter, expected):
 def test_the_command_prints_a_table_and_json(apesim):
     code, out, _ = apesim("gap", "effects")
     assert code == 0
-    assert all(name in out for name in NAMES)
+    assert all(effect.name in out for effect in ALL_EFFECTS)
     code, out, _ = apesim("gap", "effects", "--json")
     told = json.loads(out)["effects"]
     assert code == 0
-    assert [effect["name"] for effect in told] == NAMES
+    assert [effect["name"] for effect in told] == [effect.name for effect in ALL_EFFECTS]
     assert {"slots", "parameters", "equation", "source", "seen_in", "isolated_by", "off"} < told[0].keys()
     (ratio,) = (effect for effect in told if effect["name"] == "critical_ratio")
     assert (ratio["off"], ratio["slots"], ratio["parameters"][0]["default"]) == (0.528, ["adjust"], "0.528")
