@@ -143,6 +143,7 @@ def plot_velocities(archive: Archive, ambient_pressure: float, max_traces: int =
         # One trace holds both strokes: the closing counts from the release, and its speed towards the stop is positive.
         for axis, stroke, start, sign in zip(panels, STROKES, (0.0, release), (1.0, -1.0), strict=True):
             contact = sum(v[f"{stroke}_{name}"].values[run] for name in ("delay_s", "stroke_time_s")) * 1e3
+            last = max(last, np.nan_to_num(contact))
             # The speed ends at contact, between two rows of the trace.
             row = np.searchsorted(time - start, contact)
             times = np.insert(time - start, row, [contact] * 2)
@@ -152,7 +153,7 @@ def plot_velocities(archive: Archive, ambient_pressure: float, max_traces: int =
             every = spaced(max(int(np.searchsorted(times, last)), 1), list(shown).index(number), len(shown))
             axis.plot(times, speeds, lw=1.3, ms=3.5, markevery=every, label=f"{pressures[number]:.3g}", **look)
 
-    # Limits come last, when the longest opening is known.
+    # Limits come last, when the longest stroke is known.
     for axis, stroke in zip(panels, STROKES, strict=True):
         label_axes(axis, x=("time after the command", "ms"), title=f"{stroke}, {temperatures[middle]:g} K")
         axis.set_xlim(0.0, last + 2.0)

@@ -134,7 +134,8 @@ def _vary(
 
     # A gauge pressure would be another absolute one in each machine; judged here, whatever the order of the keys.
     if AMBIENT_KEY in seen:
-        gauges = [key for key, values in pairs if "gauge" in str(values)]
+        pressures = [pair for pair in pairs if isinstance(declarations.get(pair[0]), Pressure)]
+        gauges = [key for key, values in pressures if "gauge" in str(values)]
         right = f"write it abs, as {AMBIENT_KEY} varies, above which gauge pressures stand"
         all_faults += [Fault(where, key, "is gauge and so has no one value", right) for key in gauges]
 

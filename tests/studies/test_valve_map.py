@@ -9,7 +9,7 @@ import xarray
 from apesim.archive import write
 from apesim.archive.inspection import verify
 from apesim.engine.machine import Machine
-from apesim.studies.figures.valve import map_figures
+from apesim.studies.figures.valve import map_figures, plot_velocities
 from apesim.studies.valve_map import compute_map, faults_of_map
 from tests.folders import ACCEPTANCE
 
@@ -70,3 +70,11 @@ def test_figures_are_drawn_for_any_grid(grid, tmp_path):
     names = {path.name for path in map_figures(compute_map(Machine(), *grid), AMBIENT, tmp_path)}
     kinds = ("delay_time", "stroke_time", "seating_speed", "fluctuation", "velocity")
     assert names == {f"{kind}.{ending}" for kind in kinds for ending in ("png", "pdf")}
+
+
+def test_a_closing_that_takes_longer_than_the_opening_is_drawn_to_its_contact():
+    late = Machine().with_(valve_solenoid_release_dead_time="15 ms")
+    archive = compute_map(late, [0.5e6 + AMBIENT], [287.0], 60e-3)
+    contact = sum(archive.variables[f"closing_{name}"].values[0] for name in ("delay_s", "stroke_time_s"))
+    figure = plot_velocities(archive, AMBIENT)
+    assert figure.axes[1].get_xlim()[1] > contact * 1e3 > 20.0

@@ -1,5 +1,6 @@
 """What sensors and operating points could show at all: from the runs alone, before any residual is looked at."""
 
+import contextlib
 import html
 import time
 from collections.abc import Iterable, Mapping, Sequence
@@ -211,12 +212,10 @@ def _isolability(
     outcomes: dict[str, list[tuple[Experiment, float, float]]] = {name: [] for name in wanted}
     experiments = list_experiments(measured, machine.ambient.pressure) if wanted else []
     for done, experiment in enumerate(experiments, 1):
-        try:
+        with contextlib.suppress(EndedEarly):
             wider = _add_experiment(experiment, residuals, jacobian[:n], probes, stated)
-        except EndedEarly:
-            continue
-        for name in wanted:
-            outcomes[name].append((experiment, *_compare_with_class(name, wider, classes.get(name, ()), best)))
+            for name in wanted:
+                outcomes[name].append((experiment, *_compare_with_class(name, wider, classes.get(name, ()), best)))
         work.tell("experiments", done, len(experiments))
     rows = [
         {"effect": name, **limit, "helped_by": _choose_experiment(outcomes.get(name, []), classes.get(name), limit)}

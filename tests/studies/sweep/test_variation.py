@@ -64,6 +64,13 @@ def test_a_gauge_pressure_of_the_file_stands_above_a_varied_ambient_pressure(tmp
     assert [machine.supply.pressure for machine in machines] == [1.08e6, 1.1e6]
 
 
+def test_a_file_whose_name_holds_gauge_is_no_gauge_pressure(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "gauge.csv").write_text("crank_angle [deg],lift [mm]\n0,0\n40,9\n80,0\n")
+    texts = ["ambient.pressure=80 kPa abs, 100 kPa abs", "engine.cam.lift_curve=gauge.csv"]
+    assert len(vary(texts).machines) == 2
+
+
 @pytest.mark.parametrize(
     ("text", "values", "unit"),
     [
