@@ -14,10 +14,13 @@ from apesim.engine.machine import Machine
 from apesim.quantities import Quantity
 from apesim.studies.calls import public
 from apesim.studies.estimation.arguments import Tell, open_measured
+from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.scatter import Scatter, list_odd_repeats
 from apesim.studies.execution.pool import Team
 from apesim.studies.gap.decide.consistency import compare_points, select_significant
+from apesim.studies.gap.decide.facts import Facts, find_explained_gap
 from apesim.studies.gap.decide.held_out import (
+    HeldOut,
     compare_residuals,
     find_all_held_out_residuals,
     judge_by_runs,
@@ -27,22 +30,22 @@ from apesim.studies.gap.decide.held_out import (
 )
 from apesim.studies.gap.decide.odd_files import OddChannel, find_odd_channels
 from apesim.studies.gap.decide.operating_points import find_points, label_point
-from apesim.studies.gap.decide.verdict import Decision, decide_with_alarm, decide_without_alarm, find_explained_gap
+from apesim.studies.gap.decide.verdict import decide
 from apesim.studies.gap.design.next_test import find_next_test
 from apesim.studies.gap.explanation import Explanation
 from apesim.studies.gap.input_checks import check_roles
-from apesim.studies.gap.reasons import BLAMING, ReasonKind, Verdict
+from apesim.studies.gap.reasons import BLAMING, Verdict
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap, find_gap
 from apesim.studies.gap.search.candidate_fits import compare_model_with_noise, fit_candidates
 from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.intervals import find_profiles, has_shape
 from apesim.studies.gap.search.library import find_faults, select_effects
-from apesim.studies.gap.search.localisation import localise
+from apesim.studies.gap.search.localisation import Cell, localise
 from apesim.studies.gap.search.model_selection import Choice
-from apesim.studies.gap.search.run_faults import find_files, find_run_faults, leave_out
+from apesim.studies.gap.search.run_faults import find_run_faults, leave_out
 from apesim.studies.gap.tables.balance import weigh_balances
 from apesim.studies.gap.tables.tabulate import Tables, find_likelier_table, tabulate
-from apesim.studies.gap.thresholds import MAX_LEFT, TOLERANCE
+from apesim.studies.gap.thresholds import TOLERANCE
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import CHECK, GATE, Measured
 from apesim.studies.measured.plausibility import refuse_faults
@@ -134,6 +137,7 @@ def _run_workflow(
     fits: list[Choice] = []
     if is_searched:
         gap, fits = fit_candidates(gap, len(candidates) + len(faults), work, measured.of(GATE) + measured.of(CHECK))
+    facts = Facts(gap.calibrated, gap.gap_test.p_value, tolerance)
     explanation = Explanation(
         measured=measured,
         calibrated=gap.calibrated,
@@ -143,154 +147,111 @@ def _run_workflow(
         solver_error=solver_error,
         tolerance=tolerance,
         cells=localise(gap.calibrated.residuals, gap.marks, gap.calibrated.fitted.data_residuals, holds_noise=True),
-        decision=decide_without_alarm(gap.calibrated, gap.gap_test.p_value),  # what a search finds takes its place
+        decision=decide(facts),  # what a search finds takes its place
         left_p_value=gap.gap_test.p_value,
         warnings=[*more, *warnings],  # what makes all numbers doubtful comes first
     )
+    # The table of verdicts is read anew with each kind of evidence, as the dear kinds are sought only where it asks.
     if is_searched:
-        explanation = decide(explanation, gap, fits, odd, len(candidates), work)
+        explanation, facts = _add_search(explanation, facts, gap, fits, odd, len(candidates), work)
         explanation = _profile_intervals(explanation, work)
-    explanation = refuse_what_is_not_held(explanation, work)
+    if explanation.verdict in (Verdict.NO_GAP, Verdict.CALIBRATION):
+        explanation, facts = _add_contradictions(explanation, facts, work)
     if explanation.verdict == Verdict.MEASUREMENT:
-        others = leave_out(measured, find_files(explanation.best.candidates))
+        others = leave_out(measured, facts.files)
         rest = _run_workflow(machine, others, without, tolerance, work, explanation.best.residuals.scatter)
-        explanation = _explain_rest(explanation, rest)
+        explanation = _add_rest(explanation, facts, rest)
     explanation = check_on_unused_runs(explanation, work)
     return replace(explanation, next_test=find_next_test(explanation))
 
 
-def _explain_rest(explanation: Explanation, rest: Explanation) -> Explanation:
-    """The explanation with what the other files say, or a refusal where those are not explained either."""
-    if rest.verdict != Verdict.REFUSED:
-        return replace(explanation, rest=rest)
-    file = " and ".join(find_files(explanation.best.candidates))
-    decision = explanation.decision._replace(
-        verdict=Verdict.REFUSED, reason=ReasonKind.FILE_NOT_ALONE.with_facts(file=file)
-    )
-    return replace(explanation, decision=decision)
-
-
-def refuse_what_is_not_held(explanation: Explanation, work: Work) -> Explanation:
-    """Refuse NO_GAP and CALIBRATION where one file is odd, or where runs held out contradict.
-
-    Every channel of every run that is fitted or a gate has to pass `find_odd_channels`. A number of the machine that is
-    said to be wrong has to hold on the gate runs, or on operating points left out one at a time, like a name. Where a
-    file differs from its repeats by more than the scatter of the others explains, neither is said: a faulty record and
-    runs that scatter more than these few show are AMBIGUOUS.
-
-    Parameters
-    ----------
-    explanation : Explanation
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    Explanation
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> refuse_what_is_not_held(explain_example(), Work()) is explain_example()  # an effect is named
-    True
-    """
-    decision, calibrated, best = explanation.decision, explanation.calibrated, explanation.best
-    if decision.verdict not in (Verdict.NO_GAP, Verdict.CALIBRATION):
-        return explanation
-    odd = find_odd_channels(best.residuals, best.fitted.data_residuals)
-    gates, judged = explanation.measured.of(GATE), explanation.judged
-    if gates:
-        residuals, errors, settled = settle(best, gates, explanation.noise)
-        odd += find_odd_channels(residuals, settled.residuals[: len(errors) - len(settled.x)])
-    reason = None
-    if odd:
-        channel = max(odd, key=lambda each: each.size)
-        reason = ReasonKind.ODD_CHANNEL.with_facts(sensor=channel.sensor, file=channel.file, rms=channel.rms)
-    elif decision.verdict == Verdict.CALIBRATION and judged is None:
-        judged = judge_by_runs(calibrated, best, gates, explanation.noise, work) if gates else None
-        judged = judged or leave_one_out(calibrated, best, work)
-        if judged and judged.size_after > max(explanation.tolerance, MAX_LEFT * judged.size_before):
-            reason = ReasonKind.GAP_LEFT.with_facts(size=judged.size_after)
-    repeats = list_odd_repeats(best.residuals.scatter)
-    if reason:
-        decision = decision._replace(verdict=Verdict.REFUSED, reason=reason)
-    elif repeats:
-        reason = ReasonKind.ODD_REPEAT.with_facts(file=" and ".join(repeats))
-        decision = Decision(Verdict.AMBIGUOUS, None, (), reason)
-    return replace(explanation, decision=decision, judged=judged, odd=odd)
-
-
-def decide(
+def _add_search(
     explanation: Explanation,
+    facts: Facts,
     gap: CalibratedGap,
     fits: list[Choice],
     odd: list[OddChannel],
     library_size: int,
     work: Work,
-) -> Explanation:
-    """Judge the models that were fitted by runs held out, and name what is missing, or add a table in its place.
-
-    Parameters
-    ----------
-    explanation : Explanation
-    gap : apesim.studies.gap.search.calibrated_gap.CalibratedGap
-    fits : list of apesim.studies.gap.search.model_selection.Choice
-        The best first.
-    odd : list of apesim.studies.gap.decide.odd_files.OddChannel
-        Channels of single files that the calibrated machine leaves odd.
-    library_size : int
-        Number of candidates.
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    Explanation
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example, find_example_gap
-    >>> decided = decide(explain_example(), find_example_gap(), explain_example().fits, [], 3, Work())
-    >>> decided.decision.best.names, decided.gap_size > 0.15
-    (('side_force',), True)
-    """
-    calibrated, measured, cells, chance = explanation.calibrated, explanation.measured, explanation.cells, 1.0
-    ranked, judged = judge_held_out(calibrated, fits, measured, work)
-    if ranked and ranked[0].cost < calibrated.cost:
-        cells = localise(
-            calibrated.residuals, gap.marks, find_explained_gap(calibrated, ranked[0].model), holds_noise=False
-        )
-        chance = compare_model_with_noise(ranked[0].model, gap).p_value
-    size = max(cell.size for cell in cells)
-    left = find_odd_channels(ranked[0].model.residuals, ranked[0].model.fitted.data_residuals) if ranked else []
-    decision = decide_with_alarm(calibrated, ranked, size, judged, chance, explanation.tolerance, left, odd)
-    tables = Tables(calibrated, weigh_balances(calibrated, select_effects(measured.bench), work), work)
-    if decision.verdict in BLAMING and (judged or decision.verdict == Verdict.MEASUREMENT):
-        decision = _refuse_for_table(decision, tables, library_size)
-    tabulated = tabulate(tables, measured, explanation.noise) if decision.verdict == Verdict.REFUSED else None
+) -> tuple[Explanation, Facts]:
+    """The explanation and its facts with what a search has found, judged by runs held out and beside tables."""
+    measured, noise = explanation.measured, explanation.noise
+    facts, cells = _judge_fits(explanation, facts, gap, fits, odd, work)
+    tables = Tables(facts.base, weigh_balances(facts.base, select_effects(measured.bench), work), work)
+    facts = replace(facts, likelier_table=_find_likelier_balance(facts, tables, library_size))
+    decision, ranked = decide(facts), list(facts.choices or ())
+    # Where the library is refused, a table takes its place, and the gap lives where that shows it.
+    tabulated = tabulate(tables, measured, noise) if decision.verdict == Verdict.REFUSED else None
     if tabulated and not (ranked and ranked[0].model.cost < tabulated.model.cost):
-        cells = localise(
-            calibrated.residuals, gap.marks, find_explained_gap(calibrated, tabulated.model), holds_noise=False
-        )
-    return replace(
-        explanation,
-        fits=fits,
-        ranked=ranked,
-        judged=judged,
-        left_p_value=chance,
-        cells=cells,
-        gap_size=size,
-        decision=decision,
-        balances=tables.ranked,
-        tabulated=tabulated,
-    )
+        cells = _localise_explained(gap, tabulated.model)
+    found = replace(explanation, decision=decision, fits=fits, ranked=ranked, judged=facts.judged, cells=cells)
+    found = replace(found, left_p_value=facts.left_chance, gap_size=facts.size, balances=tables.ranked)
+    return replace(found, tabulated=tabulated), facts
 
 
-def _refuse_for_table(decision: Decision, tables: Tables, library_size: int) -> Decision:
-    """The decision, or a refusal where a table without a name makes the data more probable."""
-    better = find_likelier_table(tables, decision.best.model, library_size) if decision.best else None
-    if not better:
-        return decision
-    reason = ReasonKind.TABLE_TAKES_MORE.with_facts(balance=better.balance)
-    return decision._replace(verdict=Verdict.REFUSED, reason=reason)
+def _judge_fits(
+    explanation: Explanation, facts: Facts, gap: CalibratedGap, fits: list[Choice], odd: list[OddChannel], work: Work
+) -> tuple[Facts, list[Cell]]:
+    """The facts with the models that were fitted, judged by runs held out, and where the gap lives."""
+    ranked, judged = judge_held_out(facts.base, fits, explanation.measured, work)
+    facts, cells = replace(facts, choices=tuple(ranked), judged=judged, odd_before=tuple(odd)), explanation.cells
+    # The gap is what the best model takes of the residuals; where none earns its place, they are all there is.
+    if not facts.has_no_gain:
+        cells, left = _localise_explained(gap, facts.best.model), compare_model_with_noise(facts.best.model, gap)
+        facts = replace(facts, left_chance=left.p_value)
+    if ranked:
+        best = ranked[0].model
+        facts = replace(facts, odd_after=tuple(find_odd_channels(best.residuals, best.fitted.data_residuals)))
+    return replace(facts, size=max(cell.size for cell in cells)), cells
+
+
+def _localise_explained(gap: CalibratedGap, model: Model) -> list[Cell]:
+    """The shares of signals and phases in the part of the gap that a model takes away."""
+    explained = find_explained_gap(gap.calibrated, model)
+    return localise(gap.calibrated.residuals, gap.marks, explained, holds_noise=False)
+
+
+def _find_likelier_balance(facts: Facts, tables: Tables, library_size: int) -> str | None:
+    """The balance of a table that explains more than what is blamed; None where no run has judged it."""
+    decision = decide(facts)
+    is_judged = facts.judged is not None or decision.verdict == Verdict.MEASUREMENT
+    if decision.verdict not in BLAMING or not is_judged or decision.best is None:
+        return None
+    better = find_likelier_table(tables, decision.best.model, library_size)
+    return better.balance if better else None
+
+
+def _add_contradictions(explanation: Explanation, facts: Facts, work: Work) -> tuple[Explanation, Facts]:
+    """The explanation and its facts with what may contradict that nothing is missing."""
+    calibrated, gates = explanation.calibrated, explanation.measured.of(GATE)
+    # Every channel of every run that is fitted or a gate has to be explained.
+    odd = find_odd_channels(calibrated.residuals, calibrated.fitted.data_residuals)
+    if gates:
+        residuals, errors, settled = settle(calibrated, gates, explanation.noise)
+        odd += find_odd_channels(residuals, settled.residuals[: len(errors) - len(settled.x)])
+    # A number that is said to be wrong has to hold on runs held out, like a name; no search may have judged it yet.
+    judged = None
+    if not odd and explanation.verdict == Verdict.CALIBRATION and facts.judged is None:
+        judged = _judge_calibration(explanation, work)
+    # A file that differs from its repeats may be a faulty record, or show that runs scatter more than these few tell.
+    repeats = tuple(list_odd_repeats(calibrated.residuals.scatter))
+    facts = replace(facts, odd_unexplained=tuple(odd), judged_calibration=judged, odd_repeats=repeats)
+    return replace(explanation, decision=decide(facts), judged=facts.judged or judged, odd=odd), facts
+
+
+def _judge_calibration(explanation: Explanation, work: Work) -> HeldOut | None:
+    """The calibrated machine on the gate runs, or on operating points left out one at a time."""
+    calibrated, gates = explanation.calibrated, explanation.measured.of(GATE)
+    judged = judge_by_runs(calibrated, calibrated, gates, explanation.noise, work) if gates else None
+    return judged or leave_one_out(calibrated, calibrated, work)
+
+
+def _add_rest(explanation: Explanation, facts: Facts, rest: Explanation) -> Explanation:
+    """The explanation with what the other files say, or a refusal where those are not explained either."""
+    is_refused = rest.verdict == Verdict.REFUSED
+    decision = decide(replace(facts, is_rest_refused=is_refused))
+    decision = decision._replace(best=explanation.decision.best)  # the same, but with intervals
+    return replace(explanation, decision=decision, rest=None if is_refused else rest)
 
 
 def _profile_intervals(explanation: Explanation, work: Work) -> Explanation:

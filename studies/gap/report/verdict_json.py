@@ -12,10 +12,11 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import SENSED
 from apesim.studies.estimation.priors import priors_of
 from apesim.studies.gap.decide.consistency import Inconsistency
+from apesim.studies.gap.decide.facts import find_refusal
 from apesim.studies.gap.decide.held_out import HeldOut
 from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.decide.reliability import describe_inclusion, find_probability, list_statements
-from apesim.studies.gap.decide.verdict import Decision, find_refusal
+from apesim.studies.gap.decide.verdict import Decision
 from apesim.studies.gap.reasons import NAMING, ReasonKind, Verdict
 from apesim.studies.gap.report.calibrated_numbers import describe_value
 from apesim.studies.gap.report.effect_rows import describe_effects, describe_numbers, format_value
