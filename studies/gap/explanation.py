@@ -25,7 +25,7 @@ from apesim.studies.gap.report.petab_select import export_model_space
 from apesim.studies.gap.report.verdict_json import describe
 from apesim.studies.gap.search.gap_test import GapTest
 from apesim.studies.gap.search.localisation import Cell
-from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.gap.search.score_test import Score, Sensitivity
 from apesim.studies.gap.tables.balance import Balance
 from apesim.studies.gap.tables.latent import find_branches
@@ -87,9 +87,9 @@ class Explanation:
         Signals and phases with their shares of the gap.
     decision : Decision
         The verdict with what it rests on.
-    fits : sequence of Choice
+    fits : sequence of PricedModel
         All models that were fitted, before runs held out were looked at.
-    ranked : sequence of Choice
+    ranked : sequence of PricedModel
         The same with what the gate runs say, the best first.
     judged : HeldOut or None
         The best of them on the gate runs, or with operating points left out one at a time.
@@ -127,8 +127,8 @@ class Explanation:
     cells: list[Cell]
     decision: Decision
     warnings: list[str]
-    fits: Sequence[Choice] = ()
-    ranked: Sequence[Choice] = ()
+    fits: Sequence[PricedModel] = ()
+    ranked: Sequence[PricedModel] = ()
     judged: HeldOut | None = None
     left_p_value: float = 1.0
     gap_size: float = 0.0

@@ -41,7 +41,7 @@ from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.intervals import find_profiles, has_shape
 from apesim.studies.gap.search.library import find_faults, select_effects
 from apesim.studies.gap.search.localisation import Cell, localise
-from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.gap.search.run_faults import find_run_faults, leave_out
 from apesim.studies.gap.tables.balance import weigh_balances
 from apesim.studies.gap.tables.tabulate import Tables, find_likelier_table, tabulate
@@ -134,7 +134,7 @@ def _run_workflow(
     gap, solver_error, more = find_gap(machine, measured, candidates, work, faults, scatter)
     odd = find_odd_channels(gap.calibrated.residuals, gap.calibrated.fitted.data_residuals)
     is_searched = gap.gap_test.alarm or bool(odd)
-    fits: list[Choice] = []
+    fits: list[PricedModel] = []
     if is_searched:
         gap, fits = fit_candidates(gap, len(candidates) + len(faults), work, measured.of(GATE) + measured.of(CHECK))
     facts = Facts(gap.calibrated, gap.gap_test.p_value, tolerance)
@@ -169,7 +169,7 @@ def _add_search(
     explanation: Explanation,
     facts: Facts,
     gap: CalibratedGap,
-    fits: list[Choice],
+    fits: list[PricedModel],
     odd: list[OddChannel],
     library_size: int,
     work: Work,
@@ -190,7 +190,12 @@ def _add_search(
 
 
 def _judge_fits(
-    explanation: Explanation, facts: Facts, gap: CalibratedGap, fits: list[Choice], odd: list[OddChannel], work: Work
+    explanation: Explanation,
+    facts: Facts,
+    gap: CalibratedGap,
+    fits: list[PricedModel],
+    odd: list[OddChannel],
+    work: Work,
 ) -> tuple[Facts, list[Cell]]:
     """The facts with the models that were fitted, judged by runs held out, and where the gap lives."""
     ranked, judged = judge_held_out(facts.base, fits, explanation.measured, work)
@@ -263,7 +268,7 @@ def _profile_intervals(explanation: Explanation, work: Work) -> Explanation:
     work.simulations.add(simulations)
     if model.profiles is None:
         warnings = [*warnings, f"no interval is given of {' and '.join(model.names)}: its fit has too many minima"]
-    best = Choice(model, before.cost + model.cost - before.model.cost)
+    best = PricedModel(model, before.cost + model.cost - before.model.cost)
     return replace(explanation, decision=decision._replace(best=best), warnings=warnings)
 
 

@@ -24,7 +24,7 @@ from apesim.studies.soft_landing.braking import (
     widest_soft,
 )
 from apesim.studies.soft_landing.landing import OPENING, SOLENOIDS, STROKES, Landing, Task, apart_of
-from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, Choice, Result
+from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, ChosenBrake, Result
 from apesim.valve.solenoid import energised_fraction, solenoid_curves
 
 STEP = 0.02e-3
@@ -207,8 +207,8 @@ def strokes_of(archive: Archive, machine: Machine) -> tuple[Result, ...]:
     return tuple(strokes)
 
 
-def _choice_in(v: Mapping[str, np.ndarray], prefix: str, run: int, task: Task) -> Choice | None:
-    """Choice that stands in the columns with a prefix; None where there is none."""
+def _choice_in(v: Mapping[str, np.ndarray], prefix: str, run: int, task: Task) -> ChosenBrake | None:
+    """ChosenBrake that stands in the columns with a prefix; None where there is none."""
     names = ("brake", "release", "added", "speed")
     brake, release, added, speed = (float(v[f"{prefix}_{name}"][run]) for name in names)
     if isnan(brake):
@@ -216,7 +216,7 @@ def _choice_in(v: Mapping[str, np.ndarray], prefix: str, run: int, task: Task) -
     row = [brake, release, added, speed, apart_of(task, (brake, release)), v[f"{prefix}_solenoids"][run]]
     columns = (v[f"{prefix}_{name}_at"][run].ravel().tolist() for name in ("contact", "speed", "stays"))
     landings = tuple(Landing(nan, at, fast, bool(stays)) for at, fast, stays in zip(*columns, strict=True))
-    return Choice(np.array(row, dtype=float), landings, v[f"{prefix}_added_at"][run].ravel())
+    return ChosenBrake(np.array(row, dtype=float), landings, v[f"{prefix}_added_at"][run].ravel())
 
 
 def _numbers(solenoids: np.ndarray) -> np.ndarray:
@@ -224,7 +224,7 @@ def _numbers(solenoids: np.ndarray) -> np.ndarray:
     return np.nan_to_num(solenoids, nan=-1.0).astype(np.int8)
 
 
-def _choices(prefix: str, choices: Sequence[Choice | None]) -> dict[str, Variable]:
+def _choices(prefix: str, choices: Sequence[ChosenBrake | None]) -> dict[str, Variable]:
     """Kind of choice as variables; NaN where there is none."""
     shape = (len(choices), len(FACTORS), len(OFFSETS))
     rows, speed, added, contact = np.full((len(choices), 6), nan), *(np.full(shape, nan) for _ in range(3))

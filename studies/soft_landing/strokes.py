@@ -48,7 +48,7 @@ KINDS = ("softest", "sturdy")
 """The lowest seating speed as it should be; the lowest at the worst of the conditions."""
 
 
-class Choice(NamedTuple):
+class ChosenBrake(NamedTuple):
     """A brake, and what becomes of it under other conditions."""
 
     row: np.ndarray
@@ -76,7 +76,7 @@ class Result(NamedTuple):
     give, if the stop stood there."""
     brakes: np.ndarray
     """Brakes of all solenoids tried, see `apesim.studies.soft_landing.braking.search`."""
-    choices: dict[tuple[str, str], Choice | None]
+    choices: dict[tuple[str, str], ChosenBrake | None]
     """Chosen brakes by limit and kind; None where there is none."""
 
     @property
@@ -85,7 +85,7 @@ class Result(NamedTuple):
         return self.task.machine.supply.control().pressure - self.task.machine.ambient.pressure
 
     @property
-    def best(self) -> Choice | None:
+    def best(self) -> ChosenBrake | None:
         """Softest brake within the spacing; without one, the softest of any spacing; else None."""
         return next((c for limit in LIMITS if (c := self.choices[limit, "softest"])), None)
 
@@ -131,14 +131,16 @@ def _choice(
     brake: Edges,
     number: int,
     conditions: Sequence[tuple[Task, Landing]],
-) -> Choice:
+) -> ChosenBrake:
     """Run a brake of numbered solenoids as it should be and under all conditions."""
     [(task, _)], conditions = _of(number, [(task, unbraked)]), _of(number, conditions)
     landings = tuple(land(other, brake) for other, _ in conditions)
     added = np.array([braked.contact - base.contact for braked, (_, base) in zip(landings, conditions, strict=True)])
     landing = land(task, brake)
     apart = apart_of(task, brake)
-    return Choice(np.array([*brake, landing.contact - unbraked.contact, landing.speed, apart, number]), landings, added)
+    return ChosenBrake(
+        np.array([*brake, landing.contact - unbraked.contact, landing.speed, apart, number]), landings, added
+    )
 
 
 class _Stroke:

@@ -8,7 +8,7 @@ from rich.table import Table
 
 from apesim.studies.soft_landing.braking import ADDED, APART, BRAKE, RELEASE, SPEED, SWITCHED, front_of, widest_soft
 from apesim.studies.soft_landing.landing import BOTH, ONLY_A, ONLY_B, SOLENOIDS
-from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, Choice, Result
+from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, ChosenBrake, Result
 from apesim.studies.tables import table_of
 
 SOLENOID_NAMES = {BOTH: "A and B", ONLY_A: "A", ONLY_B: "B"}
@@ -70,7 +70,7 @@ def _energy(result: Result, speed: float) -> float:
     return 0.5 * result.task.machine.valve.moving_mass * speed**2
 
 
-def _pattern(result: Result, choice: Choice | None) -> dict[str, Any] | None:
+def _pattern(result: Result, choice: ChosenBrake | None) -> dict[str, Any] | None:
     """A choice, for JSON; None if there is none."""
     if not choice:
         return None
@@ -148,7 +148,7 @@ def landing_tables(results: Sequence[Result], spacing: float, cost: float) -> It
     )
 
 
-def _row(result: Result, kind: str, choice: Choice) -> tuple[str, ...]:
+def _row(result: Result, kind: str, choice: ChosenBrake) -> tuple[str, ...]:
     """Cells of a brake."""
     speeds = [landing.speed for landing in choice.landings]
     worst = "fails" if np.isnan(speeds).any() else f"{max(speeds):.3f}"

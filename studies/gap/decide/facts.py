@@ -12,7 +12,7 @@ from apesim.studies.gap.decide.held_out import HeldOut
 from apesim.studies.gap.decide.inclusion import find_inclusions, find_log_odds
 from apesim.studies.gap.decide.odd_files import OddChannel, list_odd_files
 from apesim.studies.gap.reasons import Reason, ReasonKind
-from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.gap.search.plausibility import find_implausible
 from apesim.studies.gap.search.run_faults import find_files
 from apesim.studies.gap.search.score_test import find_cosine
@@ -42,7 +42,7 @@ class Facts:
     """Chance of noise alone to give as large a score as the calibrated machine leaves."""
     tolerance: float = TOLERANCE
     """Size of a gap, over the noise, that does not matter."""
-    choices: tuple[Choice, ...] | None = None
+    choices: tuple[PricedModel, ...] | None = None
     """Single effects, faults of files, and sets of them, the least penalised cost first; None: nothing was searched
     for, as noise alone explains what the calibrated machine leaves, in every channel of every file."""
     size: float = 0.0
@@ -67,13 +67,13 @@ class Facts:
     """Whether nothing explains the other files, where the record of one is blamed."""
 
     @cached_property
-    def best(self) -> Choice:
+    def best(self) -> PricedModel:
         """The choice of least penalised cost; there has to be one."""
         assert self.choices
         return self.choices[0]
 
     @cached_property
-    def rivals(self) -> tuple[Choice, ...]:
+    def rivals(self) -> tuple[PricedModel, ...]:
         """Choices that the data do not distinguish from the best one, the least penalised cost first.
 
         A rival is within `AMBIGUOUS_COST` of the best. A model that contains the best one and more is none.
@@ -170,7 +170,7 @@ def find_explained_gap(base: Model, model: Model) -> np.ndarray:
     return base.fitted.data_residuals - model.fitted.data_residuals
 
 
-def find_doubt(base: Model, best: Choice, choices: Sequence[Choice]) -> ReasonKind | None:
+def find_doubt(base: Model, best: PricedModel, choices: Sequence[PricedModel]) -> ReasonKind | None:
     """The reason for which effects are not named: one is not sure enough over all models; None where each is.
 
     With its twins each effect has to have log odds of `MIN_LOG_ODDS` (see
@@ -181,7 +181,7 @@ def find_doubt(base: Model, best: Choice, choices: Sequence[Choice]) -> ReasonKi
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
     >>> pair = next(choice for choice in explanation.fits if len(choice.names) == 2)
-    >>> choices = [pair._replace(cost=0.0), Choice(explanation.best, 10.0)]
+    >>> choices = [pair._replace(cost=0.0), PricedModel(explanation.best, 10.0)]
     >>> find_doubt(explanation.calibrated, choices[0], choices).name
     'SECOND_IS_FAINT'
     """

@@ -16,7 +16,7 @@ from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.estimation.starts import starts_at
 from apesim.studies.gap.decide.operating_points import find_points, is_at
 from apesim.studies.gap.decide.windows import average_over_windows
-from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST, SURE
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import GATE, Measured, MeasuredRun
@@ -374,8 +374,8 @@ def _judge_without(base: Model, model: Model, point: MeasuredRun) -> list[HeldOu
 
 
 def judge_held_out(
-    calibrated: Model, choices: list[Choice], measured: Measured, work: Work
-) -> tuple[list[Choice], HeldOut | None]:
+    calibrated: Model, choices: list[PricedModel], measured: Measured, work: Work
+) -> tuple[list[PricedModel], HeldOut | None]:
     """Judge the best explanation by the gate runs, or by operating points left out one at a time.
 
     Where there are gate runs, what each explanation leaves of them counts beside its cost.
@@ -384,14 +384,14 @@ def judge_held_out(
     ----------
     calibrated : apesim.studies.estimation.model.Model
         The calibrated machine.
-    choices : list of apesim.studies.gap.search.model_selection.Choice
+    choices : list of apesim.studies.gap.search.model_selection.PricedModel
         The best first.
     measured : apesim.studies.measured.Measured
     work : apesim.studies.gap.work.Work
 
     Returns
     -------
-    choices : list of apesim.studies.gap.search.model_selection.Choice
+    choices : list of apesim.studies.gap.search.model_selection.PricedModel
         The best first.
     judged : HeldOut or None
         None: there is nothing to hold out.
@@ -415,6 +415,6 @@ def judge_held_out(
     near = [c for c in choices if c is single or c.cost - choices[0].cost < 4.0 * AMBIGUOUS_COST]
     before, *after = find_all_held_out_residuals(calibrated, [calibrated, *(c.model for c in near)], runs, noise, work)
     judged = {c.names: residuals for c, residuals in zip(near, after, strict=True)}
-    near = [Choice(c.model, c.cost + judged[c.names].misfit - before.misfit) for c in near]
+    near = [PricedModel(c.model, c.cost + judged[c.names].misfit - before.misfit) for c in near]
     choices = sorted(near, key=lambda choice: choice.cost)
     return choices, compare_residuals([(before, judged[choices[0].names])])

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.studies.estimation.model import Model
-from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.gap.search.score_test import find_cosine
 from apesim.studies.gap.thresholds import ALIKE, AMBIGUOUS_COST
 
@@ -30,14 +30,14 @@ class Inclusion(NamedTuple):
     """Natural logarithm of the weight of all models that contain one of them over that of all others."""
 
 
-def find_inclusions(base: Model, choices: Sequence[Choice]) -> list[Inclusion]:
+def find_inclusions(base: Model, choices: Sequence[PricedModel]) -> list[Inclusion]:
     """Find how far the data speak for each effect, averaged over models [1]_.
 
     Parameters
     ----------
     base : apesim.studies.estimation.model.Model
         The calibrated machine.
-    choices : sequence of apesim.studies.gap.search.model_selection.Choice
+    choices : sequence of apesim.studies.gap.search.model_selection.PricedModel
         Models that were fitted, the least penalised cost first.
 
     Returns
@@ -68,14 +68,14 @@ def find_inclusions(base: Model, choices: Sequence[Choice]) -> list[Inclusion]:
     return [Inclusion(group, find_log_odds(base, choices, group)) for group in groups]
 
 
-def find_log_odds(base: Model, choices: Sequence[Choice], names: Sequence[str]) -> float:
+def find_log_odds(base: Model, choices: Sequence[PricedModel], names: Sequence[str]) -> float:
     """Find the log odds that one of some effects is there: weights of the models that have one over all others'.
 
     Parameters
     ----------
     base : apesim.studies.estimation.model.Model
         The calibrated machine, which has none.
-    choices : sequence of apesim.studies.gap.search.model_selection.Choice
+    choices : sequence of apesim.studies.gap.search.model_selection.PricedModel
     names : sequence of str
 
     Returns
@@ -87,7 +87,7 @@ def find_log_odds(base: Model, choices: Sequence[Choice], names: Sequence[str]) 
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> base, best = explain_example().calibrated, explain_example().best
-    >>> round(find_log_odds(base, [Choice(best, base.cost - 10.0)], ["side_force"]), 3)
+    >>> round(find_log_odds(base, [PricedModel(best, base.cost - 10.0)], ["side_force"]), 3)
     5.0
     """
     log_weights = -0.5 * np.array([base.cost, *(choice.cost for choice in choices)])
@@ -96,7 +96,7 @@ def find_log_odds(base: Model, choices: Sequence[Choice], names: Sequence[str]) 
     return float(np.clip(with_it - without_it, -MAX_LOG_ODDS, MAX_LOG_ODDS))
 
 
-def find_twins(base: Model, choices: Sequence[Choice]) -> dict[str, tuple[str, ...]]:
+def find_twins(base: Model, choices: Sequence[PricedModel]) -> dict[str, tuple[str, ...]]:
     """Find what these data do not distinguish from each effect of the best choice.
 
     An effect is a twin of another where putting it in the other's place costs less than `AMBIGUOUS_COST`, and where
@@ -107,7 +107,7 @@ def find_twins(base: Model, choices: Sequence[Choice]) -> dict[str, tuple[str, .
     ----------
     base : apesim.studies.estimation.model.Model
         The calibrated machine.
-    choices : sequence of apesim.studies.gap.search.model_selection.Choice
+    choices : sequence of apesim.studies.gap.search.model_selection.PricedModel
         The least penalised cost first; at least one.
 
     Returns
@@ -128,7 +128,7 @@ def find_twins(base: Model, choices: Sequence[Choice]) -> dict[str, tuple[str, .
 
 
 def _find_twins_of(
-    effect: str, base: Model, best: Choice, near: Iterable[Choice], choices: Sequence[Choice]
+    effect: str, base: Model, best: PricedModel, near: Iterable[PricedModel], choices: Sequence[PricedModel]
 ) -> Iterable[str]:
     """Names of what may stand in the place of one effect of the best choice."""
     others = set(best.names) - {effect}

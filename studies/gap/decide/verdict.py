@@ -18,23 +18,23 @@ from typing import NamedTuple
 
 from apesim.studies.gap.decide.facts import Facts
 from apesim.studies.gap.reasons import Reason, ReasonKind, Verdict
-from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.model_selection import PricedModel
 
 
 class Decision(NamedTuple):
     """A verdict, with the explanation that it names and the reason for it."""
 
     verdict: Verdict
-    best: Choice | None
+    best: PricedModel | None
     """The explanation that is named, or that comes nearest; None where there is no gap, or where no explanation is
     worth its penalty."""
-    rivals: tuple[Choice, ...]
+    rivals: tuple[PricedModel, ...]
     """Explanations that these data do not distinguish from `best`, the one of least penalised cost first, without
     `best` itself."""
     reason: Reason
 
 
-Explained = tuple[Choice | None, tuple[Choice, ...]]
+Explained = tuple[PricedModel | None, tuple[PricedModel, ...]]
 """Fields `best` and `rivals` of a decision."""
 
 
@@ -54,7 +54,7 @@ def _name_best_and_smaller(facts: Facts) -> Explained:
 
 def _name_calibration(facts: Facts) -> Explained:
     """The calibrated machine where the fit pulls a nuisance far, else nothing."""
-    return (Choice(facts.base, 0.0) if facts.base.pulled else None), ()
+    return (PricedModel(facts.base, 0.0) if facts.base.pulled else None), ()
 
 
 def _name_nothing(facts: Facts) -> Explained:

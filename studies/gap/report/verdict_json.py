@@ -26,7 +26,7 @@ from apesim.studies.gap.report.run_scatter import describe_scatter
 from apesim.studies.gap.report.words import format_key
 from apesim.studies.gap.search.candidates import SAME_IN_RECORD
 from apesim.studies.gap.search.detection_limits import find_detection_limits
-from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.gap.search.run_faults import FaultKind, find_files
 from apesim.studies.gap.tables.balance import Balance, BalanceKind
 from apesim.studies.gap.tables.tabulate import Tabulated
@@ -48,7 +48,7 @@ MAX_LISTED = 4
 """Explanations that a sentence lists: ``alternatives`` has all."""
 
 
-def _best(decision: Decision) -> Choice:
+def _best(decision: Decision) -> PricedModel:
     """The best explanation of a decision that has one."""
     assert decision.best is not None
     return decision.best
@@ -141,7 +141,7 @@ def _list_same_in_record(decision: Decision) -> list[str]:
     return [SAME_IN_RECORD[name] for name in names if name in SAME_IN_RECORD]
 
 
-def describe_models(base: Model, choices: Sequence[Choice]) -> list[dict[str, Any]]:
+def describe_models(base: Model, choices: Sequence[PricedModel]) -> list[dict[str, Any]]:
     """The models that were fitted, with their penalised costs; the calibrated machine, without effects, among them.
 
     `choices` have the least cost first, ``cost`` counts above it; [] where nothing was fitted.
@@ -382,7 +382,7 @@ def _list_alternatives(decision: Decision) -> str:
     return _list_choices((_best(decision), *decision.rivals))
 
 
-def _list_choices(choices: Sequence[Choice]) -> str:
+def _list_choices(choices: Sequence[PricedModel]) -> str:
     """Explanations in words; of many the first, and how many others there are."""
     listed = [" with ".join(map(_format_part, choice.names)) for choice in choices[:MAX_LISTED]]
     if len(choices) > MAX_LISTED:

@@ -10,7 +10,7 @@ from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap
 from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
 from apesim.studies.gap.search.model_selection import (
-    Choice,
+    PricedModel,
     fit_faults,
     fit_pairs,
     fit_remaining,
@@ -32,7 +32,7 @@ MAX_PAIRED_FAULTS = 10
 
 def fit_candidates(
     gap: CalibratedGap, library_size: int, work: Work, others: Sequence[MeasuredRun] = ()
-) -> tuple[CalibratedGap, list[Choice]]:
+) -> tuple[CalibratedGap, list[PricedModel]]:
     """Fit all models that may explain a gap; give the gap, its scatter taken anew where runs scatter, and the fits.
 
     The best single effects and faults of single files by score come first; the other effects and pairs follow where the
@@ -57,7 +57,7 @@ def fit_candidates(
                 couples = [choice for choice in fits if len(choice.model.candidates) == 2]
                 if couples and compare_model_with_noise(couples[0].model, gap).alarm:
                     fits += fit_triples(gap.calibrated, _list_paired(gap), couples, library_size, work)
-    best: dict[frozenset[str], Choice] = {}
+    best: dict[frozenset[str], PricedModel] = {}
     for choice in sorted(fits, key=lambda choice: choice.cost):
         best.setdefault(frozenset(choice.names), choice)
     return gap, list(best.values())
@@ -73,7 +73,7 @@ def _list_paired(gap: CalibratedGap) -> list[Sensitivity]:
     return [*gap.sensitivities, *(score.sensitivity for score in _score_faults(gap))]
 
 
-def is_doubtful(fits: list[Choice], gap: CalibratedGap) -> bool:
+def is_doubtful(fits: list[PricedModel], gap: CalibratedGap) -> bool:
     """Whether the best model is implausible, pulls a number far, or leaves what noise alone hardly leaves.
 
     The last is meant where noise alone leaves as much with a chance below `DOUBTFUL`. False where no model was fitted.

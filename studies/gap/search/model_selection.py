@@ -37,7 +37,7 @@ Pair = tuple[tuple[Any, ...], tuple[Any, ...]]
 """Candidates with the values x from which each starts."""
 
 
-class Choice(NamedTuple):
+class PricedModel(NamedTuple):
     """A model with its penalised cost: one explanation of the gap."""
 
     model: Model
@@ -77,12 +77,12 @@ def find_penalty(model: Model, library: int) -> float:
     return terms * find_term_penalty(library) + 2.0 * max(0, model.added - terms)
 
 
-def price_model(model: Model, library: int) -> Choice:
+def price_model(model: Model, library: int) -> PricedModel:
     """A model as a choice: with its sum of squares and its `find_penalty` added up; `library` counts the candidates."""
-    return Choice(model, model.cost + find_penalty(model, library))
+    return PricedModel(model, model.cost + find_penalty(model, library))
 
 
-def fit_singles(base: Model, ranked: Sequence[Score], library: int, work: Work) -> list[Choice]:
+def fit_singles(base: Model, ranked: Sequence[Score], library: int, work: Work) -> list[PricedModel]:
     """Fit the most promising candidates, each alone; the best fit first.
 
     They are the `MAX_SINGLES` best by score (`ranked`, the largest first), and of the others the `MAX_LARGE` that leave
@@ -98,7 +98,9 @@ def fit_singles(base: Model, ranked: Sequence[Score], library: int, work: Work) 
     return _fit_all(base, refit, tasks, (), library, work, "fitting effects")
 
 
-def fit_faults(base: Model, ranked: Sequence[Score], fits: Iterable[Choice], library: int, work: Work) -> list[Choice]:
+def fit_faults(
+    base: Model, ranked: Sequence[Score], fits: Iterable[PricedModel], library: int, work: Work
+) -> list[PricedModel]:
     """Fit the most promising faults of single files, each alone, beside the models `fits` that were fitted; best first.
 
     `base` is the calibrated machine, `ranked` the scores of the faults, the largest first, `library` the number of
@@ -111,10 +113,10 @@ def fit_faults(base: Model, ranked: Sequence[Score], fits: Iterable[Choice], lib
 def fit_triples(
     base: Model,
     sensitivities: Sequence[Sensitivity],
-    pairs: Sequence[Choice],
+    pairs: Sequence[PricedModel],
     library: int,
     work: Work,
-) -> list[Choice]:
+) -> list[PricedModel]:
     """Fit the most promising sets of three: each of the best pairs with the two that score best on what it leaves.
 
     `sensitivities` are those at the calibrated machine `base`, `pairs` and the result have the best first; `library` is
@@ -141,8 +143,8 @@ def fit_triples(
 
 
 def fit_remaining(
-    base: Model, ranked: Sequence[Score], fits: Iterable[Choice], library: int, work: Work
-) -> list[Choice]:
+    base: Model, ranked: Sequence[Score], fits: Iterable[PricedModel], library: int, work: Work
+) -> list[PricedModel]:
     """Fit the candidates that were not fitted alone yet; the best fit first.
 
     Where a calibration was led astray, scores and probes say little of what a fit gives. `ranked` has the largest score
@@ -158,10 +160,10 @@ def fit_pairs(
     base: Model,
     sensitivities: Sequence[Sensitivity],
     ranked: Sequence[Score],
-    alone: Sequence[Choice],
+    alone: Sequence[PricedModel],
     library: int,
     work: Work,
-) -> list[Choice]:
+) -> list[PricedModel]:
     """Fit the most promising pairs of effects; the best fit first.
 
     They are each of the three best singles with the two effects that score best on what it leaves; of all pairs those
@@ -174,7 +176,7 @@ def fit_pairs(
     for (first, second), guesses in [*_find_partners(alone[:3], sensitivities, work), *screened]:
         wanted.setdefault(frozenset((first.name, second.name)), ((first, second), guesses))
 
-    def fitted(pairs: Iterable[Pair], fits: Sequence[Choice]) -> list[Choice]:
+    def fitted(pairs: Iterable[Pair], fits: Sequence[PricedModel]) -> list[PricedModel]:
         tasks = [(base, *pair, [c.model for c in alone if c.names[0] in _name_candidates(pair)]) for pair in pairs]
         return _fit_all(base, refit, tasks, fits, library, work, "fitting pairs")
 
@@ -187,7 +189,7 @@ def fit_pairs(
     return sorted(fits, key=lambda choice: choice.cost)
 
 
-def refit_each_alone(base: Model, pair: Choice, library: int, work: Work) -> list[Choice]:
+def refit_each_alone(base: Model, pair: PricedModel, library: int, work: Work) -> list[PricedModel]:
     """Fit each effect of a pair alone, from where the pair stands: its own fit may have ended in another minimum.
 
     The best comes first; `library` is the number of candidates.
@@ -226,11 +228,11 @@ def _fit_all(
     base: Model,
     fit: Callable[..., Model],
     wanted: Iterable[Any],
-    known: Iterable[Choice],
+    known: Iterable[PricedModel],
     library: int,
     work: Work,
     stage: str,
-) -> list[Choice]:
+) -> list[PricedModel]:
     """The calibrated model fitted anew in several ways, the best first; without those that do not come to their end.
 
     Models that are far behind the best of those known, and of those first in order, are not sharpened.
@@ -266,7 +268,9 @@ def _name_candidates(pair: Pair) -> list[str]:
     return [candidate.name for candidate in pair[0]]
 
 
-def _swap_effects(pair: Choice, alone: Sequence[Choice], sensitivities: Sequence[Sensitivity]) -> Iterator[Pair]:
+def _swap_effects(
+    pair: PricedModel, alone: Sequence[PricedModel], sensitivities: Sequence[Sensitivity]
+) -> Iterator[Pair]:
     """The pair with either effect replaced by what explains as much of what the other leaves."""
     for number, retained in enumerate(pair.model.candidates):
         single = next((choice.model for choice in alone if choice.names == (retained.name,)), None)
@@ -279,7 +283,7 @@ def _swap_effects(pair: Choice, alone: Sequence[Choice], sensitivities: Sequence
             yield (retained, score.sensitivity.probe.candidate), (x, score.guess)
 
 
-def _find_partners(alone: Sequence[Choice], sensitivities: Sequence[Sensitivity], work: Work) -> Iterator[Pair]:
+def _find_partners(alone: Sequence[PricedModel], sensitivities: Sequence[Sensitivity], work: Work) -> Iterator[Pair]:
     """For each single the two candidates that score best on what it leaves."""
     by_candidate = list(
         {sensitivity.probe.candidate.name: sensitivity.probe.candidate for sensitivity in sensitivities}.values()
@@ -310,7 +314,7 @@ def _screen_pairs(ranked: Sequence[Score], errors: np.ndarray) -> Iterator[Pair]
         yield tuple(probe.candidate for probe in pair), tuple(guesses)
 
 
-def _add_up_singles(alone: Sequence[Choice], gap: np.ndarray) -> Iterator[Pair]:
+def _add_up_singles(alone: Sequence[PricedModel], gap: np.ndarray) -> Iterator[Pair]:
     """The pairs that explain most of the gap if what each takes of it alone adds up.
 
     Where an effect is large and bends the data, its sensitivity at the calibrated machine foretells little of it.

@@ -15,7 +15,7 @@ from apesim.studies.estimation.nuisance_space import NuisanceSpace, find_nuisanc
 from apesim.studies.estimation.residuals import unless_ended
 from apesim.studies.estimation.scatter import Scatter, find_scatter_at
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap
-from apesim.studies.gap.search.model_selection import Choice, find_limit
+from apesim.studies.gap.search.model_selection import PricedModel, find_limit
 from apesim.studies.gap.search.phases import find_local_shapes
 from apesim.studies.gap.search.score_test import Sensitivity, find_scores
 from apesim.studies.gap.work import Work
@@ -23,8 +23,8 @@ from apesim.studies.measured import MeasuredRun
 
 
 def take_scatter_at_best(
-    gap: CalibratedGap, fits: Sequence[Choice], others: Sequence[MeasuredRun], work: Work
-) -> tuple[CalibratedGap, list[Choice]]:
+    gap: CalibratedGap, fits: Sequence[PricedModel], others: Sequence[MeasuredRun], work: Work
+) -> tuple[CalibratedGap, list[PricedModel]]:
     """Take the directions of a scatter at the best model with effects, and fit all models anew with them.
 
     The fits come the best first. The gap is the one given where runs do not scatter, or where no model with effects is
@@ -52,7 +52,7 @@ def take_scatter_at_best(
     work.simulations.add(sum(model.residuals.simulations for _, model in pairs))
 
     # What a model's effects are charged with stays: only its sum of squares is new.
-    again = [Choice(model, choice.cost - choice.model.cost + model.cost) for choice, model in pairs]
+    again = [PricedModel(model, choice.cost - choice.model.cost + model.cost) for choice, model in pairs]
 
     # Sensitivities keep what was simulated, and are whitened anew.
     space = find_nuisance_space(calibrated.fitted.jacobian)

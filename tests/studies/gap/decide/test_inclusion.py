@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from apesim.studies.gap.decide.inclusion import find_inclusions, find_log_odds, find_twins
-from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.model_selection import PricedModel
 
 SHAPE, OTHER = np.sin(np.arange(50)), np.cos(np.arange(50))
 
@@ -16,7 +16,7 @@ def model(names, left):
 
 
 def choice(cost, *names, left=0.0 * SHAPE):
-    return Choice(model(names, left), cost)
+    return PricedModel(model(names, left), cost)
 
 
 BASE = model((), 3.0 * SHAPE + 3.0 * OTHER)

@@ -15,7 +15,7 @@ from apesim.studies.gap.decide.verdict import TABLE, decide, find_row
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search import model_selection
 from apesim.studies.gap.search.candidates import Candidate
-from apesim.studies.gap.search.model_selection import Choice, find_term_penalty, price_model
+from apesim.studies.gap.search.model_selection import PricedModel, find_term_penalty, price_model
 from apesim.studies.gap.thresholds import MAX_CORRECTED, MIN_LOG_ODDS
 from apesim.studies.measured import MeasuredRun
 
@@ -49,7 +49,7 @@ def model(names, gap=None, cost=0.0, pulled=(), pull=5.0, size=0.5, files=NO_FIL
 
 
 def choice(cost, *names, gap=None, **options):
-    return Choice(model(names, gap, **options), cost)
+    return PricedModel(model(names, gap, **options), cost)
 
 
 BASE = model((), cost=300.0)
@@ -382,7 +382,7 @@ def test_pairs_are_fitted_whose_effects_add_up_however_little_their_sensitivitie
 
     def alone(name, taken, x):
         candidates, left = (SimpleNamespace(name=name),), SimpleNamespace(data_residuals=gap - taken)
-        return Choice(SimpleNamespace(names=(name,), candidates=candidates, fitted=left, own=lambda _: x), 0.0)
+        return PricedModel(SimpleNamespace(names=(name,), candidates=candidates, fitted=left, own=lambda _: x), 0.0)
 
     best = alone("c", SHAPE + OTHER + SHAPE * OTHER, [0.4])
     both = alone("a", 3.0 * SHAPE, [0.7]), alone("b", 2.0 * OTHER, [0.2, 0.9])

@@ -27,7 +27,7 @@ from apesim.studies.gap.design.outcomes import describe_outcomes, find_decimals,
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.library import select_effects
-from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.gap.search.phases import find_phases
 from apesim.studies.gap.search.refit import refit
 from apesim.studies.gap.search.run_faults import FaultKind, list_faults
@@ -48,9 +48,9 @@ def rivals(tmp_path_factory):
 
 
 def findings_of(verdict, measured, base, best=None, others=(), scores=("bounce",), reason=ReasonKind.DISTINGUISHABLE):
-    rivals = tuple(Choice(o, o.cost) for o in others)
+    rivals = tuple(PricedModel(o, o.cost) for o in others)
     told = SimpleNamespace(
-        verdict=verdict, best=best and Choice(best, best.cost), rivals=rivals, reason=reason.with_facts()
+        verdict=verdict, best=best and PricedModel(best, best.cost), rivals=rivals, reason=reason.with_facts()
     )
     names = [SimpleNamespace(name=name) for name in scores]
     return SimpleNamespace(
@@ -62,7 +62,7 @@ def findings_of(verdict, measured, base, best=None, others=(), scores=("bounce",
         sensitivities=[],
         rest=None,
         ranked=(),
-        fits=[Choice(model, model.cost) for model in (best, *others) if model],
+        fits=[PricedModel(model, model.cost) for model in (best, *others) if model],
         gap_size=0.5,
     )
 
@@ -133,7 +133,7 @@ def test_weights_are_those_of_the_penalised_costs_and_what_a_rule_keeps_is_not_w
     tied = findings_of(Verdict.AMBIGUOUS, measured, base, force, (leak,))
     near, far = (
         SimpleNamespace(**vars(tied) | {"decision": SimpleNamespace(**vars(tied.decision) | {"rivals": rival})})
-        for rival in ((Choice(leak, force.cost + 2.0),), (Choice(leak, force.cost + 80.0),))
+        for rival in ((PricedModel(leak, force.cost + 2.0),), (PricedModel(leak, force.cost + 80.0),))
     )
     weights = [[each.weight for each in list_alternatives(findings)] for findings in (near, far)]
     assert weights[0] == pytest.approx([1.0 / (1.0 + np.exp(-1.0)), np.exp(-1.0) / (1.0 + np.exp(-1.0))])

@@ -22,7 +22,7 @@ from apesim.studies.gap.report.chances import list_chances
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms, group_by_run, select_worst
 from apesim.studies.gap.report.html import MAX_WARNINGS, TERMS, TriedCandidate
 from apesim.studies.gap.report.residual_map import map_residuals
-from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.lineage import read_parent
 from apesim.studies.measured import Measured, MeasuredRun
 from tests.gap_bench import write_bench
@@ -348,7 +348,7 @@ def test_costs_of_explanations_count_from_the_least_of_their_own_kind():
     """With runs that judge, what they leave is in the cost that decides, and it may turn the order."""
 
     def choice(name, cost):
-        return Choice(SimpleNamespace(names=(name,), cost=cost), cost)
+        return PricedModel(SimpleNamespace(names=(name,), cost=cost), cost)
 
     def rows(role):
         run = compared(role).block.run

@@ -17,7 +17,7 @@ from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.report.effect_rows import SIDES, describe_effects
 from apesim.studies.gap.report.verdict_json import list_class, write_sentence
 from apesim.studies.gap.search.candidates import find_candidates
-from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.gap.work import Work
 from apesim.studies.gap.workflow import check_on_unused_runs
 from apesim.studies.measured import Measured
@@ -52,8 +52,8 @@ def with_effects(*sized):
 
 
 def said(word, model, *rivals, reason=ReasonKind.DISTINGUISHABLE, balance=None):
-    choices = tuple(Choice(rival, 0.0) for rival in rivals)
-    told = SimpleNamespace(verdict=word, best=Choice(model, 0.0), rivals=choices, reason=reason.with_facts())
+    choices = tuple(PricedModel(rival, 0.0) for rival in rivals)
+    told = SimpleNamespace(verdict=word, best=PricedModel(model, 0.0), rivals=choices, reason=reason.with_facts())
     table = balance and SimpleNamespace(balance=SimpleNamespace(balance=balance))
     return write_sentence(SimpleNamespace(decision=told, tabulated=table))
 
@@ -176,7 +176,7 @@ def test_what_is_fitted_beyond_its_range_is_told_and_written_as_its_end():
 def explanation(model):
     """What was found, as far as the end of the workflow looks at it."""
     base = model._replace(candidates=())
-    decision = Decision(Verdict.NAMED, Choice(model, 0.0), (), ReasonKind.DISTINGUISHABLE.with_facts())
+    decision = Decision(Verdict.NAMED, PricedModel(model, 0.0), (), ReasonKind.DISTINGUISHABLE.with_facts())
     rest = dict.fromkeys(("sensitivities", "scores", "gap_test", "solver_error", "tolerance", "cells"))
     measured = Measured("", {}, ())
     return Explanation(**rest, measured=measured, calibrated=base, decision=decision, warnings=[])
@@ -189,5 +189,5 @@ def test_a_wrong_dead_time_may_be_a_wrong_zero_of_the_recorders_time():
     ramp = with_effects(("slow_ramp", 0.5))
     assert said("NAMED_CLASS", ramp, dead_time).endswith("valve solenoid dead time or time zero.")
     assert "time zero" not in said("NAMED", ramp)
-    decision = SimpleNamespace(best=Choice(ramp, 0.0), rivals=(Choice(dead_time, 1.0),))
+    decision = SimpleNamespace(best=PricedModel(ramp, 0.0), rivals=(PricedModel(dead_time, 1.0),))
     assert list_class(decision) == ["slow_ramp", "valve.solenoid.dead_time", "time_zero"]
