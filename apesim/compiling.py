@@ -39,17 +39,7 @@ def when_compiling(tell: Callable[[str], object]) -> Iterator[None]:
 
 
 def tell_of_compiling(kind: str) -> None:
-    """Tell whoever listens that a march is compiled now.
-
-    Parameters
-    ----------
-    kind : str
-        Kind of march, see `kind_of_march_types`.
-
-    Examples
-    --------
-    >>> tell_of_compiling("valve")  # nobody listens
-    """
+    """Tell whoever listens that a march of a kind, see `kind_of_march_types`, is compiled now."""
     for tell in _listeners[:1]:
         tell(explain_compiling(kind))
 
@@ -99,18 +89,9 @@ def compile_times() -> dict[str, float]:
 
 
 def note_compile_time(kind: str, seconds: float) -> None:
-    """Note how long compiling took; where that cannot be written, nothing is noted.
+    """Note how long compiling took [s]; where that cannot be written, nothing is noted.
 
-    Parameters
-    ----------
-    kind : str
-        Kind of march; the times of "model", which is any other function, are not noted.
-    seconds : float
-        Time that it took [s].
-
-    Examples
-    --------
-    >>> note_compile_time("model", 1.0)
+    The times of kind "model", which is any other function than a march, are not noted.
     """
     if kind == "model":
         return

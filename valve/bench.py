@@ -278,30 +278,10 @@ def bench_power(p: Bench, t: float, y: np.ndarray) -> float:
 @observe.for_type(Bench)
 @kernel
 def observe_bench(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, row: np.ndarray) -> None:
-    """Write a row of the trace, see `TRACE`.
+    """Write a row (6,) of the trace at time `t` [s], see `TRACE`; changes `row`.
 
-    Parameters
-    ----------
-    p : Bench
-        Bench as the kernels take it.
-    t : float
-        Time [s].
-    y : (SIZE,) float array
-        State and ledger of the bench.
-    mode : (MODES,) float array
-        Modes of the valve, see `apesim.valve.actuator`.
-    row : (6,) float array
-        Row of the trace; filled.
-
-    Examples
-    --------
-    >>> import apesim
-    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
-    >>> y, mode = closed_at_start(p)
-    >>> row = np.zeros(6)
-    >>> observe_bench(p, 0.0, y, mode, row)
-    >>> round(float(row[2]), 3), round(float(row[3]), 3)
-    (1101325.0, 101325.0)
+    `y` (SIZE,) is the state and ledger of the bench, `mode` (MODES,) the modes of the valve, see
+    `apesim.valve.actuator`.
     """
     state = state_of(p.actuator, y, p.supply)
     row[0] = p.actuator.valve.stroke - state.position

@@ -76,51 +76,15 @@ def update_motion(y: np.ndarray, position: float, speed: float) -> None:
 
 @kernel
 def gas_of_volume(y: np.ndarray, first: int) -> GasContent:
-    """Read the gas of a volume from a state vector.
-
-    Parameters
-    ----------
-    y : (n,) float array
-        State vector.
-    first : int
-        Element that holds the mass; the next one holds the internal energy.
-
-    Returns
-    -------
-    mass : float
-        Mass of the gas [kg].
-    energy : float
-        Internal energy of the gas [J].
-
-    Examples
-    --------
-    >>> mass, energy = gas_of_volume(np.array([0.0, 2e-4, 41.0]), 1)
-    >>> print(mass, energy)
-    0.0002 41.0
-    """
+    """Read the gas of a volume from a state vector (n,): mass [kg] at element `first`, internal energy [J] after it."""
     return GasContent(y[first], y[first + 1])
 
 
 @kernel
 def ledger_flow(y: np.ndarray, first: int) -> Flow:
-    """Read what has flowed through a border from a state vector.
+    """Read what has flowed through a border since the start from a state vector (n,).
 
-    Parameters
-    ----------
-    y : (n,) float array
-        State vector.
-    first : int
-        Element that is the mass [kg]; the next one is the enthalpy [J].
-
-    Returns
-    -------
-    apesim.restriction.Flow
-        Mass and enthalpy since the start.
-
-    Examples
-    --------
-    >>> print(ledger_flow(np.array([0.0, 2e-4, 41.0]), 1).mass)
-    0.0002
+    Element `first` is the mass [kg], the next one the enthalpy [J].
     """
     return Flow(y[first], y[first + 1])
 
@@ -152,24 +116,7 @@ def update_flows(y: np.ndarray, first: int, flows: tuple[Flow, ...]) -> None:
 
 @kernel
 def update_control_ledger(y: np.ndarray, first: int, ledger: ControlLedger) -> None:
-    """Write the control air's ledger into a state vector, or its rates.
-
-    Parameters
-    ----------
-    y : (n,) float array
-        State vector that is changed.
-    first : int
-        Element at which the ledger begins.
-    ledger : ControlLedger
-        Entries of the ledger.
-
-    Examples
-    --------
-    >>> y = np.zeros(7)
-    >>> update_control_ledger(y, 0, ControlLedger(Flow(1.0, 2.0), Flow(3.0, 4.0), Flow(5.0, 6.0), 7.0))
-    >>> y.tolist()
-    [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
-    """
+    """Write the control air's ledger, or its rates, into a state vector (n,) from element `first` on; changes `y`."""
     flows = ledger.line_fed, ledger.supplied, ledger.vented
     update_flows(y, first, flows)
     y[first + FLOW_ENTRIES * len(flows)] = ledger.valve_work

@@ -146,24 +146,9 @@ class Orbit(NamedTuple):
 
 
 def distance(a: np.ndarray, b: np.ndarray, scale: np.ndarray) -> float:
-    """Return the largest difference of two states, relative to scale + abs(state).
+    """Return the largest difference of two states (m,), relative to scale + abs(state), the larger of the two.
 
-    Parameters
-    ----------
-    a, b : (m,) float array
-        States.
-    scale : (n,) float array
-        Scale of the error of each integrated state.
-
-    Returns
-    -------
-    float
-        Largest relative difference of the first n elements.
-
-    Examples
-    --------
-    >>> distance(np.array([1.0, 5.0]), np.array([1.5, 7.0]), np.array([0.5]))
-    0.25
+    `scale` (n,) holds the scale of the error of each integrated state; only the first n elements count.
     """
     n = len(scale)
     sizes = scale + np.maximum(np.abs(a[:n]), np.abs(b[:n]))

@@ -248,28 +248,7 @@ def _marks(name: str, size: int, number: int, count: int) -> Look:
 def plot_cycle(archive: Archive, speed_rpm: float = 1000.0) -> Figure:
     """Plot lift, chamber pressures and cylinder pressure over crank angle, all actuations.
 
-    Parameters
-    ----------
-    archive : Archive
-    speed_rpm : float
-        Speed [r/min]; the nearest run is shown.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Examples
-    --------
-    >>> from apesim.archive import Variable
-    >>> from apesim.archive.columns import column, run_axis
-    >>> axes = {"axes": '{"actuation": ["ideal"], "speed_rpm": ["900 rpm"]}'}
-    >>> variables = {"run": run_axis(1), "speed_rpm": column([900.0], "min-1", "speed")}
-    >>> variables["actuation"] = column([0], "1", "actuation")
-    >>> variables["crank_angle"] = Variable(("crank_angle",), np.linspace(0.0, 360.0, 5), "deg", "crank angle")
-    >>> for name in ("lift", "cylinder_pressure"):
-    ...     variables[name] = Variable(("run", "crank_angle"), np.ones((1, 5)), "1", name)
-    >>> plot_cycle(Archive("", axes, variables)).axes[0].get_title()
-    'One cycle at 900 r/min'
+    Each actuation is shown by its run nearest to the speed.
     """
     v = archive.variables
 

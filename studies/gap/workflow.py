@@ -275,22 +275,7 @@ def _profile_intervals(explanation: Explanation, work: Work) -> Explanation:
 def check_on_unused_runs(explanation: Explanation, work: Work) -> Explanation:
     """The explanation, compared with the check runs, which are opened once, here.
 
-    Parameters
-    ----------
-    explanation : Explanation
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    Explanation
-        With ``checked``, ``consistency``, ``simulations`` and further ``warnings``.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> checked = check_on_unused_runs(explain_example(), Work()).checked
-    >>> checked.rms_before > checked.rms_after
-    True
+    It comes back with ``checked``, ``consistency``, ``simulations`` and further ``warnings``.
     """
     best, calibrated, runs = explanation.best, explanation.calibrated, explanation.measured.of(CHECK)
     warnings = []

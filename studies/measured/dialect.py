@@ -111,20 +111,10 @@ class Dialect(NamedTuple):
     """Time of the file at which t = 0 stands [s], or one of `STARTS`; None: not said, `COMMAND`."""
 
     def marks_of(self, name: str) -> Marks:
-        """Find the marks in the numbers of a column.
+        """Find the marks in the numbers of a column, by our name of it.
 
-        Parameters
-        ----------
-        name : str
-            Our name of it.
+        Each is the column's own, or that of the file where the column has none.
 
-        Returns
-        -------
-        Marks
-            Its own, and those of the file where it has none.
-
-        Examples
-        --------
         >>> dialect = Dialect(marks=Marks("."), marks_by_column={"time": Marks("", ".")})
         >>> dialect.marks_of("time"), dialect.marks_of("lift")
         (Marks(decimal='', thousands='.'), Marks(decimal='.', thousands=None))

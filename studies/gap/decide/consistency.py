@@ -32,38 +32,13 @@ class Inconsistency(NamedTuple):
 def compare_points(model: Model) -> list[Inconsistency]:
     """Compare the parameters that each operating point alone gives with those of all points together.
 
-    The shift of parameter j at an operating point P, in a model that is linear in the parameters, over the standard
-    deviation that noise alone gives it (Hausman [1]_)::
-
-        d_j = shift_j / sqrt(C_P[j, j] - C[j, j]),    shift = -C_P J_P' e_P,    C_P = pinv(J_P' J_P)
-
-    ``J_P`` and ``e_P`` are the sensitivities and the whitened residuals of the runs at P with the pulls of all priors,
-    and ``C`` is the covariance from all runs. Parameters that the data do not depend on are left out, and so are those
-    of which P alone knows as much as all points together.
-
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-        A model at its fit.
-
-    Returns
-    -------
-    list of Inconsistency
-        For each parameter the operating point with the largest ``abs(d_j)``, the largest first; empty where there is
-        one operating point alone.
-
-    References
-    ----------
-    .. [1] J. A. Hausman, "Specification tests in econometrics", Econometrica 46, 1978, pp. 1251-1271,
-       doi 10.2307/1913827.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> for each in compare_points(explain_example().best)[:2]:
-    ...     each.parameter.key, f"{each.run.supply / 1e6:.2f} MPa abs", bool(abs(each.n_sigma) < 3.0)
-    ('supply.pressure', '0.50 MPa abs', True)
-    ('valve.viscous_friction', '0.40 MPa abs', True)
+    In a model linear in the parameters, the shift of parameter j at an operating point P, over the standard deviation
+    that noise alone gives it, is ``d_j = shift_j / sqrt(C_P[j, j] - C[j, j])`` with ``shift = -C_P J_P' e_P`` and ``C_P
+    = pinv(J_P' J_P)`` (Hausman 1978, doi 10.2307/1913827). ``J_P`` and ``e_P`` are the sensitivities and the whitened
+    residuals of the runs at P with the pulls of all priors, and ``C`` is the covariance from all runs. Parameters that
+    the data do not depend on are left out, and so are those of which P alone knows as much as all points together. For
+    each parameter the point with the largest ``abs(d_j)`` is returned, the largest first; nothing where there is one
+    operating point alone.
     """
     residuals, (x, errors, jacobian, *_) = model.residuals, model.fitted
     points = find_points(residuals.runs)
@@ -88,35 +63,11 @@ def compare_points(model: Model) -> list[Inconsistency]:
 
 
 def select_significant(inconsistencies: Sequence[Inconsistency], points: int) -> list[Inconsistency]:
-    """The inconsistencies that are larger than noise alone would make them.
+    """The inconsistencies, as `compare_points` finds them, that are larger than noise alone would make them.
 
-    The limit is Bonferroni's [1]_, for ``m = points len(inconsistencies)`` looks in both directions: noise alone puts
-    one of them beyond ``isf(ALARM / (2 m))`` of a standard normal number with a chance of at most `ALARM`.
-
-    Parameters
-    ----------
-    inconsistencies : sequence of Inconsistency
-        See `compare_points`.
-    points : int
-        Number of operating points.
-
-    Returns
-    -------
-    list of Inconsistency
-
-    References
-    ----------
-    .. [1] O. J. Dunn, "Multiple comparisons among means", J. Am. Statist. Assoc. 56, 1961, pp. 52-64,
-       doi 10.1080/01621459.1961.10482090.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> first, *_ = explain_example().consistency
-    >>> len(select_significant([first._replace(n_sigma=3.0)], points=2))
-    1
-    >>> len(select_significant([first._replace(n_sigma=2.0)], points=2))
-    0
+    With `points` operating points there are ``m = points len(inconsistencies)`` looks in both directions: noise alone
+    puts one of them beyond the limit ``isf(ALARM / (2 m))`` of a standard normal number with a chance of at most
+    `ALARM` (Bonferroni's limit; Dunn 1961, doi 10.1080/01621459.1961.10482090).
     """
     limit = norm.isf(0.5 * ALARM / max(1, points * len(inconsistencies)))
     return [each for each in inconsistencies if abs(each.n_sigma) > limit]

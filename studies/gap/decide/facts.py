@@ -173,11 +173,9 @@ def find_explained_gap(base: Model, model: Model) -> np.ndarray:
 def find_doubt(base: Model, best: PricedModel, choices: Sequence[PricedModel]) -> ReasonKind | None:
     """The reason for which effects are not named: one is not sure enough over all models; None where each is.
 
-    With its twins each effect has to have log odds of `MIN_LOG_ODDS` (see
+    With its twins each effect of `best` has to have log odds of `MIN_LOG_ODDS` (see
     `apesim.studies.gap.decide.inclusion.find_inclusions`), and without them odds of `MIN_TWIN_ODDS`.
 
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
     >>> pair = next(choice for choice in explanation.fits if len(choice.names) == 2)
@@ -200,10 +198,9 @@ def find_refusal(judged: HeldOut, tolerance: float = TOLERANCE) -> Reason | None
     """The reason for which an explanation is refused on runs that it was not fitted to; None where it is not.
 
     It is refused where it removes nothing there, where it removes less than the share `MIN_REMOVED` of the gap's
-    energy, or where the gap that is left is larger than the tolerance and than `MAX_LEFT` of the gap before.
+    energy, or where the gap that is left is larger than the tolerance, over the noise, and than `MAX_LEFT` of the gap
+    before.
 
-    Examples
-    --------
     >>> judged = HeldOut(100, 3.0, 1.2, removed_energy=800.0, remaining_energy=50.0, remaining_sigma=10.0)
     >>> str(find_refusal(judged))
     'on runs that it was not fitted to, a gap of 0.58 of the noise is left'

@@ -23,14 +23,7 @@ from apesim.studies.measured import GATE, Measured, MeasuredRun
 
 
 class HeldOut(NamedTuple):
-    """The gap that the calibrated machine and a model with effects leave on runs that neither was fitted to.
-
-    Examples
-    --------
-    >>> judged = HeldOut(100, 3.0, 1.2, removed_energy=800.0, remaining_energy=50.0, remaining_sigma=10.0)
-    >>> round(judged.significant_energy, 3), round(judged.removed_share, 3), round(judged.size_after, 3)
-    (33.6, 0.96, 0.58)
-    """
+    """The gap that the calibrated machine and a model with effects leave on runs that neither was fitted to."""
 
     samples: int
     """Number of samples."""
@@ -99,26 +92,11 @@ class HeldOutResiduals(NamedTuple):
 
 
 def find_held_out_residuals(model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]) -> HeldOutResiduals:
-    """The residuals of a model on runs that it was not fitted to, with its parameters moved within their uncertainty.
+    """The residuals of a model on runs it was not fitted to, with its parameters moved within their uncertainty.
 
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-    runs : sequence of apesim.studies.measured.MeasuredRun
-    noise : dict
-        Noise by sensor, see `apesim.studies.estimation.noise.estimation.noise_of`.
+    `noise` is that of `apesim.studies.estimation.noise.estimation.noise_of`. Raises EndedEarly where the simulation of
+    a run does not come to its end with the parameters as fitted.
 
-    Returns
-    -------
-    HeldOutResiduals
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        The simulation of a run does not come to its end with the parameters as fitted.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example, read_example
     >>> explanation = explain_example()
     >>> checked = find_held_out_residuals(explanation.best, read_example().of("check"), explanation.noise)
@@ -140,33 +118,10 @@ def settle(
 ) -> "tuple[AnchoredResiduals, np.ndarray, Fitted]":
     """Move the parameters of a model within their uncertainty, to runs that it was not fitted to.
 
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-    runs : sequence of apesim.studies.measured.MeasuredRun
-    noise : dict
-        Noise by sensor, see `apesim.studies.estimation.noise.estimation.noise_of`.
-
-    Returns
-    -------
-    residuals : AnchoredResiduals
-    errors : (n + p,) float array
-        Residuals with the parameters as fitted [standard deviations].
-    settled : apesim.studies.estimation.levenberg_marquardt.Fitted
-        Fit with the parameters moved.
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        The simulation of a run does not come to its end with the parameters as fitted.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example, read_example
-    >>> explanation = explain_example()
-    >>> _, errors, settled = settle(explanation.best, read_example().of("check"), explanation.noise)
-    >>> bool(settled.cost <= errors @ errors)
-    True
+    The second value holds the residuals with the parameters as fitted, (n + p,) [standard deviations], the pulls last;
+    the third is the fit with the parameters moved. `noise` is that of
+    `apesim.studies.estimation.noise.estimation.noise_of`. Raises EndedEarly where the simulation of a run does not come
+    to its end with the parameters as fitted.
     """
     residuals = AnchoredResiduals(model, runs, noise)
     errors = residuals.at(model.fitted.x)
@@ -177,14 +132,8 @@ class AnchoredResiduals(WhitenedResiduals):
     """Residuals of runs that a model was not fitted to, its fit standing for the priors of all its parameters.
 
     The pulls behind the residuals are ``R (x - x_fit)`` with ``R'R = J'J`` of the fit, so that their squares add up to
-    the price of a shift d of the parameters, ``d' C^-1 d``.
-
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-    runs : sequence of apesim.studies.measured.MeasuredRun
-    noise : dict
-        Noise by sensor, see `apesim.studies.estimation.noise.estimation.noise_of`.
+    the price of a shift d of the parameters, ``d' C^-1 d``. `noise` is that of
+    `apesim.studies.estimation.noise.estimation.noise_of`.
     """
 
     def __init__(self, model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]) -> None:
@@ -194,25 +143,7 @@ class AnchoredResiduals(WhitenedResiduals):
         self.anchor, self.root = model.fitted.x, np.linalg.qr(model.fitted.jacobian, mode="r")
 
     def pulls(self, x: np.ndarray) -> np.ndarray:
-        """Pulls towards the fit, ``R (x - x_fit)``.
-
-        Parameters
-        ----------
-        x : (p,) float array
-
-        Returns
-        -------
-        (p,) float array
-            [standard deviations]
-
-        Examples
-        --------
-        >>> from apesim.studies.gap.example_bench import explain_example, read_example
-        >>> explanation = explain_example()
-        >>> anchored = AnchoredResiduals(explanation.best, read_example().of("check"), explanation.noise)
-        >>> float(np.abs(anchored.pulls(explanation.best.fitted.x)).max())
-        0.0
-        """
+        """Pulls towards the fit, ``R (x - x_fit)``, (p,) [standard deviations]; `x` (p,)."""
         return self.root @ (x - self.anchor)
 
 
@@ -221,29 +152,8 @@ def find_all_held_out_residuals(
 ) -> list[HeldOutResiduals]:
     """The residuals of several models on runs that they were not fitted to, see `find_held_out_residuals`.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    models : iterable of apesim.studies.estimation.model.Model
-    runs : sequence of apesim.studies.measured.MeasuredRun
-    noise : dict
-        Noise by sensor, see `apesim.studies.estimation.noise.estimation.noise_of`.
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    list of HeldOutResiduals
-        One for each model, in their order.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example, read_example
-    >>> explanation = explain_example()
-    >>> models, runs = (explanation.calibrated, explanation.best), read_example().of("check")
-    >>> before, after = find_all_held_out_residuals(models[0], models, runs, explanation.noise, Work())
-    >>> before.misfit > after.misfit
-    True
+    They come in the order of the models; `base` is the calibrated machine. The simulations are added to those of
+    `work`.
     """
     judged = work.each("judging", find_held_out_residuals, [(model, runs, noise) for model in models])
     work.simulations.add(sum(each.simulations for each in judged))
@@ -251,25 +161,11 @@ def find_all_held_out_residuals(
 
 
 def judge_by_runs(base: Model, model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any], work: Work) -> HeldOut:
-    """Judge a model with effects, against the calibrated machine, by runs that neither was fitted to.
+    """Judge a model with effects, against the calibrated machine `base`, by runs that neither was fitted to.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    model : apesim.studies.estimation.model.Model
-        The model with effects.
-    runs : sequence of apesim.studies.measured.MeasuredRun
-    noise : dict
-        Noise by sensor, see `apesim.studies.estimation.noise.estimation.noise_of`.
-    work : apesim.studies.gap.work.Work
+    `noise` is that of `apesim.studies.estimation.noise.estimation.noise_of`; the simulations are added to those of
+    `work`.
 
-    Returns
-    -------
-    HeldOut
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example, read_example
     >>> explanation = explain_example()
     >>> models, runs = (explanation.calibrated, explanation.best), read_example().of("check")
@@ -283,21 +179,10 @@ def judge_by_runs(base: Model, model: Model, runs: Sequence[MeasuredRun], noise:
 def compare_residuals(pairs: Sequence[Sequence[HeldOutResiduals]]) -> HeldOut:
     """Compare the residuals of the calibrated machine with those of a model with effects.
 
-    With the means w over m windows of the model with effects, the energy that it leaves and its standard deviation by
-    noise alone are ``E = sum(w^2) - m`` and ``sqrt(2 m + 4 max(E, 0))``.
+    Each pair holds both, in this order, for one set of runs; the result is the sum over all sets. With the means w over
+    m windows of the model with effects, the energy that it leaves and its standard deviation by noise alone are ``E =
+    sum(w^2) - m`` and ``sqrt(2 m + 4 max(E, 0))``.
 
-    Parameters
-    ----------
-    pairs : sequence of (LeftOver, LeftOver)
-        For each set of runs that of the calibrated machine and that of the model with effects.
-
-    Returns
-    -------
-    HeldOut
-        The sum over all sets of runs.
-
-    Examples
-    --------
     >>> before = HeldOutResiduals(np.array([3.0, 3.0]), 18.0, np.array([3.0, 3.0]), 0.0, 1)
     >>> after = HeldOutResiduals(np.array([1.0, -1.0]), 2.0, np.array([1.0, -1.0]), 0.0, 1)
     >>> judged = compare_residuals([(before, after)])
@@ -320,28 +205,10 @@ def compare_residuals(pairs: Sequence[Sequence[HeldOutResiduals]]) -> HeldOut:
 def leave_one_out(base: Model, model: Model, work: Work) -> HeldOut | None:
     """Judge two models by each operating point in turn, both fitted anew to all the others.
 
-    It is cross-validation [1]_ over operating points.
+    It is cross-validation over operating points (Stone 1974, doi 10.1111/j.2517-6161.1974.tb00994.x), summed over all
+    of them; None where there is one point alone. `base` is the calibrated machine, `model` the one with effects; the
+    simulations are added to those of `work`.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    model : apesim.studies.estimation.model.Model
-        The model with effects.
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    HeldOut or None
-        The sum over all operating points; None: there is one point alone.
-
-    References
-    ----------
-    .. [1] M. Stone, "Cross-validatory choice and assessment of statistical predictions", J. R. Statist. Soc. B 36,
-       1974, pp. 111-147, doi 10.1111/j.2517-6161.1974.tb00994.x.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
     >>> judged = leave_one_out(explanation.calibrated, explanation.best, Work())
@@ -378,26 +245,11 @@ def judge_held_out(
 ) -> tuple[list[PricedModel], HeldOut | None]:
     """Judge the best explanation by the gate runs, or by operating points left out one at a time.
 
-    Where there are gate runs, what each explanation leaves of them counts beside its cost.
+    Where there are gate runs, what each explanation leaves of them counts beside its cost, and those near the best and
+    the best single effect alone are kept. The choices come and go with the best first; the second value is None where
+    nothing is held out: there is one operating point alone, no explanation costs less than the calibrated machine, or
+    without gate runs the best is a fault of one file.
 
-    Parameters
-    ----------
-    calibrated : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    choices : list of apesim.studies.gap.search.model_selection.PricedModel
-        The best first.
-    measured : apesim.studies.measured.Measured
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    choices : list of apesim.studies.gap.search.model_selection.PricedModel
-        The best first.
-    judged : HeldOut or None
-        None: there is nothing to hold out.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
     >>> ranked, judged = judge_held_out(explanation.calibrated, explanation.fits, explanation.measured, Work())

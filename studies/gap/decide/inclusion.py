@@ -31,32 +31,11 @@ class Inclusion(NamedTuple):
 
 
 def find_inclusions(base: Model, choices: Sequence[PricedModel]) -> list[Inclusion]:
-    """Find how far the data speak for each effect, averaged over models [1]_.
+    """Find how far the data speak for each effect, averaged over models.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    choices : sequence of apesim.studies.gap.search.model_selection.PricedModel
-        Models that were fitted, the least penalised cost first.
-
-    Returns
-    -------
-    list of Inclusion
-        Effects of the best choice first, then those of the next ones; [] where nothing was fitted.
-
-    References
-    ----------
-    .. [1] J. A. Hoeting, D. Madigan, A. E. Raftery and C. T. Volinsky, "Bayesian model averaging: a tutorial",
-       Statist. Sci. 14, 1999, pp. 382-417, doi 10.1214/ss/1009212519, Eq. 1.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> found = find_inclusions(explanation.calibrated, explanation.ranked)
-    >>> found[0].names, found[0].log_odds > 20.0, found[1].log_odds < 0.0
-    (('side_force',), True, True)
+    It is Bayesian model averaging (Hoeting et al. 1999, doi 10.1214/ss/1009212519, Eq. 1). `base` is the calibrated
+    machine; `choices` are the models that were fitted, the least penalised cost first. Effects of the best choice come
+    first, then those of the next ones.
     """
     if not choices:
         return []
@@ -71,24 +50,8 @@ def find_inclusions(base: Model, choices: Sequence[PricedModel]) -> list[Inclusi
 def find_log_odds(base: Model, choices: Sequence[PricedModel], names: Sequence[str]) -> float:
     """Find the log odds that one of some effects is there: weights of the models that have one over all others'.
 
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine, which has none.
-    choices : sequence of apesim.studies.gap.search.model_selection.PricedModel
-    names : sequence of str
-
-    Returns
-    -------
-    float
-        Natural logarithm, `MAX_LOG_ODDS` at most.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> base, best = explain_example().calibrated, explain_example().best
-    >>> round(find_log_odds(base, [PricedModel(best, base.cost - 10.0)], ["side_force"]), 3)
-    5.0
+    The logarithm is natural, and lies within `MAX_LOG_ODDS` to both sides; `base`, the calibrated machine, has none of
+    the effects.
     """
     log_weights = -0.5 * np.array([base.cost, *(choice.cost for choice in choices)])
     has_it = np.array([False, *(bool(set(choice.names) & set(names)) for choice in choices)])
@@ -97,29 +60,11 @@ def find_log_odds(base: Model, choices: Sequence[PricedModel], names: Sequence[s
 
 
 def find_twins(base: Model, choices: Sequence[PricedModel]) -> dict[str, tuple[str, ...]]:
-    """Find what these data do not distinguish from each effect of the best choice.
+    """Find what these data do not distinguish from each effect of the best choice, by effect.
 
     An effect is a twin of another where putting it in the other's place costs less than `AMBIGUOUS_COST`, and where
     both take the same part of the gap: a cosine above `ALIKE` between what either of them takes of what the rest of the
-    model leaves.
-
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    choices : sequence of apesim.studies.gap.search.model_selection.PricedModel
-        The least penalised cost first; at least one.
-
-    Returns
-    -------
-    dict of tuple of str
-        By effect of the best choice.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> find_twins(explain_example().calibrated, explain_example().ranked)
-    {'side_force': ()}
+    model leaves. `base` is the calibrated machine; `choices`, at least one, come with the least penalised cost first.
     """
     best = choices[0]
     near = [choice for choice in choices[1:] if choice.cost - best.cost < AMBIGUOUS_COST]

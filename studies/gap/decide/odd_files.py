@@ -45,33 +45,13 @@ class Excess(NamedTuple):
 
 
 def find_odd_channels(residuals: WhitenedResiduals, errors: np.ndarray) -> list[OddChannel]:
-    """Find the channels of runs whose residuals are more than noise.
+    """Find the channels of runs whose residuals are more than noise, the largest first.
 
     Two sums of squares are compared with those of noise: of all residuals, and of their means over `WINDOWS` windows,
-    where a slow drift shows that is far below the noise of a sample. A channel is odd where either is larger by
-    `MIN_ODD_SIGMA` standard deviations of noise alone, and by the size `MAX_ODD_SIZE`.
-
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    errors : (n,) float array
-        Whitened residuals without the pulls of the priors [standard deviations].
-
-    Returns
-    -------
-    list of OddChannel
-        The largest first.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> residuals = explanation.calibrated.residuals
-    >>> larger = 1.5 * explanation.calibrated.fitted.data_residuals
-    >>> sorted(each.file for each in find_odd_channels(residuals, larger))
-    ['p30.csv', 'p40.csv']
-    >>> find_odd_channels(residuals, explanation.best.fitted.data_residuals)
-    []
+    where a slow drift shows that is far below the noise of a sample. A channel is odd where the larger excess is beyond
+    `MIN_ODD_SIGMA` standard deviations of noise alone, and its size beyond `MAX_ODD_SIZE`; one with fewer than
+    `WINDOWS` samples is not judged. `errors` (n,) are whitened residuals without the pulls of the priors [standard
+    deviations].
     """
     found = []
     for block, values in zip(residuals.blocks, residuals.by_block(errors), strict=True):
@@ -89,22 +69,11 @@ def find_odd_channels(residuals: WhitenedResiduals, errors: np.ndarray) -> list[
 def find_excesses(values: np.ndarray, noise: Noise) -> list[Excess]:
     """Energy of residuals beyond that of noise: of all of them, and of their means over windows.
 
-    Of n samples it is ``sum(e^2) - n``, of m windows ``sum(w^2) - m`` with ``w = sum(e) / sqrt(length)``. By noise
-    alone their standard deviations are ``sqrt(2 n)`` and ``sqrt(2 m)``; where the noise is known from N samples only,
-    ``2 n^2 / N`` and ``2 m^2 / N`` are added to the squares, with N over the order of its process more for the windows.
+    `values` (n,) are the whitened residuals of one channel [standard deviations]. Of n samples the energy is ``sum(e^2)
+    - n``, of m windows ``sum(w^2) - m`` with ``w = sum(e) / sqrt(length)``. By noise alone their standard deviations
+    are ``sqrt(2 n)`` and ``sqrt(2 m)``; where the noise is known from N samples only, ``2 n^2 / N`` and ``2 m^2 / N``
+    are added to the squares, the latter times the square of one more than the order of the noise's process.
 
-    Parameters
-    ----------
-    values : (n,) float array
-        Whitened residuals of one channel [standard deviations].
-    noise : apesim.studies.estimation.noise.process.Noise
-
-    Returns
-    -------
-    list of Excess
-
-    Examples
-    --------
     >>> from apesim.studies.estimation.noise.process import white
     >>> values = np.random.default_rng(1).standard_normal(1000)
     >>> all([abs(each.n_sigma) < 3.0 for each in find_excesses(values, white(3e-5, "stated"))])
@@ -122,19 +91,5 @@ def find_excesses(values: np.ndarray, noise: Noise) -> list[Excess]:
 
 
 def list_odd_files(odd: Iterable[OddChannel]) -> list[str]:
-    """The files of odd channels, each once.
-
-    Parameters
-    ----------
-    odd : iterable of OddChannel
-
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
-    >>> list_odd_files([OddChannel("a.csv", "lift", 1.6, 1.2, 30.0), OddChannel("a.csv", "pressure_a", 1.2, 0.6, 9.0)])
-    ['a.csv']
-    """
+    """The files of odd channels, each once."""
     return list(dict.fromkeys(each.file for each in odd))

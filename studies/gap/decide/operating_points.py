@@ -13,24 +13,7 @@ operating point: gauges err by as much."""
 
 
 def find_points(runs: Iterable[MeasuredRun]) -> list[MeasuredRun]:
-    """The operating points of measured runs, each stood for by the first run at it.
-
-    Parameters
-    ----------
-    runs : iterable of apesim.studies.measured.MeasuredRun
-
-    Returns
-    -------
-    list of apesim.studies.measured.MeasuredRun
-        One run for each operating point, in the order in which the points first occur; see `is_at`.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> runs = read_example().runs
-    >>> len(find_points([*runs, runs[0]._replace(temperature=294.0)]))
-    4
-    """
+    """The operating points of measured runs, each stood for by the first run at it, in order; see `is_at`."""
     points: list[MeasuredRun] = []
     for run in runs:
         if not any(is_at(run, point) for point in points):
@@ -41,19 +24,9 @@ def find_points(runs: Iterable[MeasuredRun]) -> list[MeasuredRun]:
 def is_at(run: MeasuredRun, point: MeasuredRun) -> bool:
     """Whether a run is at the operating point of another, as far as gauges can distinguish them.
 
-    Supply pressure, pulse and speed may differ by the share `MAX_SHARE_APART`, the temperature by `MAX_WARMER` [K]. A
+    Supply pressures, pulse and speed may differ by the share `MAX_SHARE_APART`, the temperature by `MAX_WARMER` [K]. A
     temperature that one of the two does not state is no difference.
 
-    Parameters
-    ----------
-    run, point : apesim.studies.measured.MeasuredRun
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
     >>> import numpy as np
     >>> from apesim.studies.measured import MeasuredRun
     >>> run = MeasuredRun("a", "a.csv", 0.59e6, 293.0, 0.05, "fit", np.zeros(0), {})
@@ -75,22 +48,7 @@ def is_at(run: MeasuredRun, point: MeasuredRun) -> bool:
 def label_point(run: MeasuredRun, ambient_pressure: float) -> str:
     """The operating point of a run in a few words: supply pressure, and pulse or speed.
 
-    Parameters
-    ----------
-    run : apesim.studies.measured.MeasuredRun
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from apesim.studies.measured import MeasuredRun
-    >>> label_point(MeasuredRun("a", "a.csv", 0.5e6, 293.0, 0.05, "fit", np.zeros(0), {}), 0.1e6)
-    '0.40 MPa gauge, 50 ms'
+    `ambient_pressure` [Pa abs] is taken off, so that the text gives the supply as a gauge pressure.
     """
     supply = f"{(run.supply - ambient_pressure) * 1e-6:.2f} MPa gauge"
     if run.bench == ENGINE:

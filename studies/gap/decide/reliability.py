@@ -79,20 +79,7 @@ class Statement(NamedTuple):
 def list_statements(explanation: "Explanation") -> list[Statement]:
     """List what an explanation claims: its verdict, and that each effect is, or is not, part of what is missing.
 
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-
-    Returns
-    -------
-    list of Statement
-        That of the verdict first, but for `AMBIGUOUS`, which claims nothing.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> [(str(each.kind), each.about) for each in list_statements(explain_example())]
-    [('name', ('side_force',)), ('effect', ('side_force',))]
+    That of the verdict comes first, but for `AMBIGUOUS`, which claims nothing.
     """
     inclusions = find_inclusions(explanation.calibrated, explanation.ranked)
     pulls = np.abs(explanation.best.fitted.x[explanation.best.residuals.known])
@@ -125,28 +112,8 @@ def _find_evidence(kind: StatementKind, about: tuple[str, ...], inclusions: list
 def find_probability(statement: Statement) -> float | None:
     """Find how probable a statement is, by the share of such statements that were right on sealed cases.
 
-    It is ``1 / (1 + exp(-(c_0 + c_1 f_1 + ...)))`` with the features f of the statement (Platt scaling [1]_).
-
-    Parameters
-    ----------
-    statement : Statement
-
-    Returns
-    -------
-    float or None
-        None: no sealed cases tell of such statements.
-
-    References
-    ----------
-    .. [1] J. Platt, "Probabilistic outputs for support vector machines and comparisons to regularized likelihood
-       methods", in Advances in Large Margin Classifiers, MIT Press 1999, pp. 61-74.
-
-    Examples
-    --------
-    >>> sure = Statement(StatementKind.EFFECT, ("side_force",), asinh(100.0), 0.0, 1.0)
-    >>> probability = find_probability(sure)
-    >>> probability is None or 0.0 < probability < 1.0
-    True
+    It is ``1 / (1 + exp(-(c_0 + c_1 f_1 + ...)))`` with the features f of the statement (Platt scaling; Platt 1999, in
+    Advances in Large Margin Classifiers, MIT Press, pp. 61-74). None: no sealed cases tell of such statements.
     """
     coefficients = load_reliability()["kinds"].get(statement.kind, {}).get("coefficients")
     if coefficients is None:
@@ -160,16 +127,8 @@ def find_probability(statement: Statement) -> float | None:
 def load_reliability() -> dict[str, Any]:
     """Load what sealed cases tell of the probabilities of statements.
 
-    Returns
-    -------
-    dict
-        ``kinds``: by kind of statement its ``coefficients`` and the number of ``statements`` that they rest on; and
-        ``cases``, the sealed cases that were counted.
-
-    Examples
-    --------
-    >>> sorted(load_reliability())
-    ['cases', 'kinds']
+    It has ``kinds``, by kind of statement its ``coefficients`` and the number of ``statements`` that they rest on, and
+    ``cases``, the sealed cases that were counted.
     """
     return json.loads(files(__package__).joinpath(FILE).read_text(encoding="utf-8"))
 
@@ -177,20 +136,7 @@ def load_reliability() -> dict[str, Any]:
 def describe_inclusion(statements: list[Statement]) -> dict[str, float | None]:
     """The probability of each effect to be part of what is missing, by its name, those like it behind an "or".
 
-    Parameters
-    ----------
-    statements : list of Statement
-
-    Returns
-    -------
-    dict of float or None
-        None: no sealed cases tell of such effects.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> list(describe_inclusion(list_statements(explain_example())))
-    ['side_force']
+    None: no sealed cases tell of such effects.
     """
     effects = (each for each in statements if each.kind is StatementKind.EFFECT)
     return {" or ".join(each.about): find_probability(each) for each in effects}

@@ -185,8 +185,6 @@ def find_row(facts: Facts) -> Row:
 def decide(facts: Facts) -> Decision:
     """Decide what is said of the gap: the verdict, the explanation that is named, and the reason.
 
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> found = explain_example()
     >>> decision = decide(Facts(found.best, noise_chance=0.4))

@@ -8,19 +8,9 @@ from apesim.studies.gap.thresholds import WINDOWS
 def average_over_windows(values: np.ndarray) -> np.ndarray:
     """Average the residuals of one channel over `WINDOWS` windows, in standard deviations of such a mean.
 
-    Parameters
-    ----------
-    values : (n,) float array
-        Whitened residuals [standard deviations].
+    `values` (n,) are whitened [standard deviations]; the result (m,) are sums over windows over the root of their
+    lengths, each of variance one for white noise. Fewer than `WINDOWS` values are windows of their own.
 
-    Returns
-    -------
-    (m,) float array
-        Sums over windows over the root of their lengths; of white noise each has a variance of one. Fewer than
-        `WINDOWS` values are windows of their own.
-
-    Examples
-    --------
     >>> average_over_windows(np.ones(200)).tolist() == [2.0] * 50
     True
     """

@@ -228,22 +228,8 @@ def list_explanations(explanation: "Explanation") -> list[dict[str, Any]]:
 
 
 def find_gain(explanation: "Explanation", model: Model) -> float:
-    """The part of the gap that a fitted model takes away: the root of the fall of the sum of squares.
+    """The part of the gap that a fitted model takes away [standard deviations]: the root of the fall of its cost.
 
-    Parameters
-    ----------
-    explanation : apesim.studies.gap.explanation.Explanation
-    model : apesim.studies.estimation.model.Model
-
-    Returns
-    -------
-    float
-        [standard deviations]
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> round(find_gain(explain_example(), explain_example().best))
-    12
+    The fall is from the sum of squares of the calibrated machine; 0 where the model does not lower it.
     """
     return float(np.sqrt(max(0.0, explanation.calibrated.cost - model.cost)))

@@ -100,21 +100,8 @@ def has_shape(model: Model) -> bool:
 
 
 def find_shapes(model: Model) -> tuple[list[int], list[int]]:
-    """Places of the parameters of a model's effects that have a shape.
+    """Places, among all parameters, of the shapes of a model's effects, and of the strengths of those effects.
 
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-
-    Returns
-    -------
-    shapes : list of int
-        Places of the shapes among all parameters of the model.
-    strengths : list of int
-        Places of the strengths of the effects with those shapes.
-
-    Examples
-    --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> friction = next(each.model for each in explain_example().fits if each.names == ("coulomb_friction",))
     >>> (shape,), (strength,) = find_shapes(friction)

@@ -61,26 +61,9 @@ MAX_SHARE = 5.0
 
 
 def find_run_faults(measured: Measured) -> list[Candidate]:
-    """The faults that each file to be fitted may have.
+    """The faults that each file to be fitted may have, file after file.
 
-    Parameters
-    ----------
-    measured : apesim.studies.measured.Measured
-
-    Returns
-    -------
-    list of apesim.studies.gap.search.candidates.Candidate
-        File after file; empty where fewer than `MIN_FILES` are fitted.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import read_example
-    >>> runs = read_example().of(FIT)
-    >>> find_run_faults(read_example()._replace(runs=tuple(runs[:1])))
-    []
-    >>> third = runs[0]._replace(data="again.csv")
-    >>> [fault.name for fault in find_run_faults(read_example()._replace(runs=(*runs, third)))[-3:]]
-    ['run_clock in again.csv', 'run_supply in again.csv', 'run_temperature in again.csv']
+    There are none where fewer than `MIN_FILES` are fitted.
     """
     by_file = {run.file: run for run in measured.of(FIT)}
     if len(by_file) < MIN_FILES:

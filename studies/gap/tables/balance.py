@@ -95,24 +95,7 @@ class TableResiduals(WhitenedResiduals):
         self.root = root
 
     def pulls(self, x: np.ndarray) -> np.ndarray:
-        """Pull of each parameter's prior, those of the nodes by their prior covariance: ``root^-1 x``.
-
-        Parameters
-        ----------
-        x : (p,) float array
-
-        Returns
-        -------
-        (p,) float array
-            [standard deviations]
-
-        Examples
-        --------
-        >>> from apesim.studies.gap.example_bench import explain_example
-        >>> residuals = explain_example().balances[0].residuals
-        >>> float(abs(residuals.pulls(np.zeros(len(residuals.parameters)))).max())
-        0.0
-        """
+        """Pulls of the priors at `x` (p,), (p,) [standard deviations], those of the nodes being ``root^-1 x``."""
         pulls, nodes = super().pulls(x), len(self.root)
         pulls[-nodes:] = np.linalg.solve(self.root, np.asarray(x)[-nodes:])
         return pulls

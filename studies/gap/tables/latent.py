@@ -86,20 +86,7 @@ class Branch(NamedTuple):
     def interpolate(self) -> tuple[np.ndarray, np.ndarray]:
         """Interpolate between the nodes, as the march does.
 
-        Returns
-        -------
-        positions : (m,) float array
-            In the unit of `abscissa`.
-        values : (m,) float array
-            In `unit`.
-
-        Examples
-        --------
-        >>> nodes = np.array([0.0, 50.0, 100.0])
-        >>> late = Branch("tabulated_delay", "a", nodes, np.array([0.0, 1.0, 0.0]), np.ones(3), "ms")
-        >>> positions, values = late.interpolate()
-        >>> float(np.interp(25.0, positions, values))
-        0.5
+        The arrays (m,) are positions, in the unit of `abscissa`, and values, in `unit`.
         """
         last, values = len(self.positions) - 1, tuple(map(float, self.values))
         if self.is_periodic:

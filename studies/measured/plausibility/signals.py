@@ -69,23 +69,7 @@ def smooth(values: np.ndarray) -> np.ndarray:
 
 
 def find_span(values: np.ndarray) -> float:
-    """Difference between the largest and the smallest known value of a signal.
-
-    Parameters
-    ----------
-    values : (n,) float array
-        NaN where a sample is missing.
-
-    Returns
-    -------
-    float
-        0 where none is known.
-
-    Examples
-    --------
-    >>> find_span(np.array([1.0, np.nan, 3.0]))
-    2.0
-    """
+    """Difference between the largest and the smallest known value of a signal (n,), NaN where missing; 0 if all are."""
     known = values[np.isfinite(values)]
     return float(np.ptp(known)) if len(known) else 0.0
 

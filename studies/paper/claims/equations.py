@@ -93,30 +93,9 @@ def exponents_of_eq_10(machine: Machine) -> Claim:
 
 
 def curves_collapse(tests: Discharge) -> Claim:
-    """Judge the claim that S(t) from several initial pressures is approximately the same (Fig. 4).
+    """Judge the claim that S(t) from several initial pressures is approximately the same [EPV, Fig. 4].
 
-    The claim stands in the discussion of Fig. 4 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    tests : apesim.studies.discharge.Discharge
-        Result of the model's own discharge tests.
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from apesim.studies.discharge.area import AreaFit
-    >>> from apesim.studies.discharge.collapse import Collapse
-    >>> nothing = np.empty(0)
-    >>> fit = AreaFit(nothing, nothing, nothing, np.empty((0, 0)), nothing, [], 0.0)
-    >>> collapse = Collapse(0.01, 0.03, 0.04, 0.96, True)
-    >>> tests = Discharge([], [], [fit, fit], [], fit, 1e-2, 9e-6, 1e-7, np.empty((0, 5)), collapse, [])
-    >>> print(curves_collapse(tests).verdict)
-    reproduced
+    `tests` are the model's own discharge tests.
     """
     collapse = tests.collapse
     if collapse is None:

@@ -239,24 +239,7 @@ def fluctuation_from_limited_area(machine: Machine) -> Claim:
 
 
 def pressures_cross(machine: Machine) -> Claim:
-    """Judge the claim that the piston brakes until the pressure behind it exceeds that before it again.
-
-    The claim stands in the discussion of Fig. 9 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    Claim
-
-    Examples
-    --------
-    >>> claim = pressures_cross(Machine())
-    >>> print(claim.verdict, f"{claim.values['least_difference_Pa'] / 1e6:.2f} MPa")
-    contradicted 0.10 MPa
-    """
+    """Judge the claim that the piston brakes until the pressure behind exceeds that before it again [EPV, Fig. 9]."""
     run = run_bench(with_control_air(machine, machine.ambient.pressure + HIGH, 287.0), PULSE, sample=2e-5)
     opening: Any = run.opening
     least, opened = min_difference(run), run.times < opening.contact
