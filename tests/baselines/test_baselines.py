@@ -9,7 +9,6 @@ from apesim.studies.measured import Measured, MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
 from tests.baselines.fits import one_parameter_fits
 from tests.baselines.selection import select_by_bic
-from tests.baselines.sparse import missing_force
 
 AMBIENT = 101325.0
 TIMES = np.arange(0.0, 0.07, 0.1e-3)
@@ -40,6 +39,9 @@ def test_the_best_one_parameter_fit_finds_a_plain_force():
 
 
 def test_sparse_regression_finds_a_plain_force_where_there_is_no_noise():
+    pytest.importorskip("pysindy", reason='python -m pip install -e ".[laboratory]"')
+    from tests.baselines.sparse import missing_force
+
     name, size = missing_force(Machine(), measured(0.0))[0]
     assert name == "side_force"
     assert size == pytest.approx(6.0, rel=0.2)
