@@ -23,15 +23,14 @@ hypothesis.settings.register_profile("apesim", deadline=None)
 hypothesis.settings.load_profile("apesim")
 
 FIRST = (
-    *("test_truth_blind", "test_balance", "test_outside_sweep", "test_workflow", "test_kernel", "test_plain_python"),
-    *("test_packaging", "test_outside_machine", "test_engine_library", "test_periodic", "test_adaptive"),
-    *("test_docstrings", "test_paper", "test_face", "test_examples"),
+    *("test_engine_library", "test_workflow", "test_outside_sweep", "test_kernel", "test_balance", "test_packaging"),
+    *("test_outside_machine", "test_periodic", "test_adaptive", "test_docstrings", "test_paper", "test_examples"),
 )
 """Stems of the files that take longest.
 
-The first compiles the marches of the engine, while the other process compiles those of the valve in the second, and
-then that of the engine with the example's effect from outside in the third: none is compiled twice. The same march is
-needed in test_outside_machine, whose many effects then drive it out of the cache: it begins when the third has ended.
+The first compiles the marches of the engine, while the other process compiles those of the valve in the second: none is
+compiled twice. The march with the example's effect from outside, of the third, is needed in test_outside_machine, whose
+many effects then drive it out of the cache: it begins when the third has ended.
 """
 
 

@@ -54,6 +54,7 @@ def test_the_examples_of_every_name_run(name):
     assert runner.summarize(verbose=False).failed == 0, "".join(told)
 
 
+@pytest.mark.slow
 def test_a_type_checker_sees_the_face_from_outside(tmp_path):
     """With three errors planted, so that a check of nothing is noticed."""
     make_links(tmp_path / "site")

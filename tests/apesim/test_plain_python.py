@@ -11,9 +11,8 @@ from tests.folders import ROOT
 from tests.plain import LONG, QUICK
 
 
-@pytest.mark.parametrize(
-    ("stems", "number"), [(QUICK, 240), pytest.param(QUICK | LONG, 400, marks=pytest.mark.slow)], ids=["quick", "all"]
-)
+@pytest.mark.parametrize(("stems", "number"), [(QUICK, 240), (QUICK | LONG, 400)], ids=["quick", "all"])
+@pytest.mark.slow
 def test_the_marked_tests_pass_as_plain_python(stems, number):
     files = sorted(path for path in (ROOT / "tests").rglob("test_*.py") if path.stem in stems)
     command = [sys.executable, "-m", "pytest", "-q", "-m", "plain", "-n", "0", "-p", "no:cacheprovider", *files]

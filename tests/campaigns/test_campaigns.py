@@ -200,6 +200,7 @@ def test_a_worker_is_killed_only_where_there_is_one():
 
 
 @IS_LINUX
+@pytest.mark.slow
 def test_a_sweep_that_is_killed_goes_on_to_the_same_bits(tmp_path):
     seeds = [kills.STRIKES.index((victim, 2)) for victim in (kills.GROUP, kills.LEADER, kills.WORKER)]
     found = run_campaign(kills.__name__, seeds, tmp_path)
@@ -226,6 +227,7 @@ def test_a_lost_scheduler_that_is_not_told_is_seen(code, err, is_told, tmp_path)
 
 
 @pytest.mark.parametrize("trouble", [cluster.KILL, cluster.LOSE])
+@pytest.mark.slow
 def test_a_sweep_on_a_cluster_in_trouble_ends_with_the_same_bits(trouble, monkeypatch):
     monkeypatch.setattr(cluster, "MOST", 1)
     monkeypatch.setattr(cluster, "EVERY", (4.0, 6.0))
@@ -335,6 +337,7 @@ def test_every_call_of_a_row_is_let_fail_once():
     assert failures.trial(len(failures.TRIALS)).word.startswith("none")
 
 
+@pytest.mark.slow
 def test_whatever_call_fails_first_a_command_is_complete_or_names_what_is_missing(tmp_path):
     found = run_campaign(failures.__name__, range(FIRST_CALLS), tmp_path)
     assert [(seed, one) for seed, one in found.items() if one.is_broken] == []

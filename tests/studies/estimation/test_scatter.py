@@ -86,6 +86,7 @@ def test_a_repeat_that_scatter_does_not_explain_tells_nothing_of_it(number):
     assert sizes == pytest.approx(sound)
 
 
+@pytest.mark.slow
 def test_heavy_tails_are_no_fault_of_a_file():
     rng, left_out = np.random.default_rng(9), 0
     for _ in range(40):

@@ -70,6 +70,7 @@ def test_a_number_far_beyond_what_it_is_known_to_is_a_finding(tmp_path):
     assert row["interval_95"][0] < 8.91 < row["interval_95"][1]
 
 
+@pytest.mark.slow
 def test_an_effect_is_named_beside_a_number_far_beyond_what_it_is_known_to(tmp_path):
     stated = ['"sensor.lift.gain" = "0.05 %"', '"valve.stroke" = "0.1 %"']
     runs = *RUNS, (0.25, "fit"), (0.33, "fit")

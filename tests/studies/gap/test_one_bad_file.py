@@ -69,6 +69,7 @@ def test_a_fault_of_one_file_is_found_and_the_rest_is_explained_without_it(measu
     assert data["next_test"]["text"] == "Record 1.csv again, or leave it out."
 
 
+@pytest.mark.slow
 def test_an_effect_beside_a_faulty_file_is_named_without_the_file(measure):
     found = explained(measure(Bench(dry_friction=3.0, breakaway=3.0), FOUR, spoilt=slipped))
     assert found.verdict == "MEASUREMENT", found

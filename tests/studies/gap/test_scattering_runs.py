@@ -51,6 +51,7 @@ def explained(**how):
     return explain(Machine(), measure(**how), without=BUT_RIVALS)
 
 
+@pytest.mark.slow
 def test_where_nothing_is_hidden_scatter_is_no_gap():
     found = explained()
     assert found.verdict == "NO_GAP"
@@ -68,6 +69,7 @@ def test_a_hidden_effect_is_named_beside_it():
     assert abs(found.best.machine().effects.side_force.force) == pytest.approx(HELD, rel=0.25)
 
 
+@pytest.mark.slow
 def test_a_run_whose_supply_is_wrong_by_more_than_scatter_is_found():
     found = explained(wrong=1.05)
     assert found.verdict == "MEASUREMENT"
@@ -86,6 +88,7 @@ STATED = {
 }
 
 
+@pytest.mark.slow
 def test_without_repeats_a_scatter_that_is_stated_is_no_gap():
     measured = measure(points=ALONE)
     assert explain(Machine(), measured, without=BUT_RIVALS).gap_test.alarm

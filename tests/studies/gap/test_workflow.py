@@ -125,7 +125,7 @@ def test_one_operating_point_alone_names_nothing(measure):
     assert found.verdict in ("AMBIGUOUS", "NO_GAP")
 
 
-@pytest.mark.parametrize("jobs", [2, None])
+@pytest.mark.parametrize("jobs", [2, pytest.param(None, marks=pytest.mark.slow)])
 def test_what_is_found_does_not_depend_on_how_many_processes_share_the_work(measure, monkeypatch, jobs):
     path = measure(Bench(dry_friction=12.0, breakaway=12.0), {0.16e6: "fit", 0.40e6: "fit", 0.55e6: "gate"})
     few = ("quadratic_drag", "leakage_a", "slow_ramp", "spring_rate_error", "tabulated_force")

@@ -13,6 +13,7 @@ from tests.truth.scoring.score import CLEAR
 from tests.truth.sealed.challenge import draw, restore, write
 from tests.truth.sealed.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
 
+pytestmark = pytest.mark.slow
 TOOLS = {"apesim": [sys.executable, "-c", "from apesim.studies.cli import main; main()"]}
 FIVE = {20226: SINGLE, 20320: SINGLE, 20414: DOUBLE, 20329: REMOVED, 20255: FOREIGNER}
 """Kinds of cases by seed; cases that are soon made, all of the valve."""
@@ -34,9 +35,8 @@ def leaves(tree, path=""):
     return {key: leaf for name, branch in branches for key, leaf in leaves(branch, f"{path}/{name}").items()}
 
 
-@pytest.mark.parametrize("seed", [KEPT[0], *(pytest.param(seed, marks=pytest.mark.slow) for seed in KEPT[1:])])
+@pytest.mark.parametrize("seed", KEPT)
 def test_a_case_that_is_kept_is_the_one_that_its_seed_draws(seed):
-    """The first by default; it is drawn in the same way as the others."""
     case, drawn = restore(kept(seed)), draw(seed)
     assert case.rng.bit_generator.state == drawn.rng.bit_generator.state
     told, expected = (leaves(each.answer) for each in (case, drawn))
@@ -67,14 +67,13 @@ def scored(folder):
     return solved
 
 
-@pytest.mark.slow
 def test_nothing_is_found_in_an_engine_where_nothing_is_hidden(tmp_path):
     (one,) = benchmark([ENGINE], tmp_path, TOOLS)["apesim"]
     assert (one.answer["bench"], one.kind) == ("engine", NONE)
     assert (one.said, one.verdict["alarm"]) == ("NO_GAP", False)
 
 
-@pytest.mark.parametrize("seed", [20226, pytest.param(20320, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [20226, 20320])
 def test_a_hidden_effect_is_named_and_its_size_told(scored, seed):
     one = scored(seed)
     assert one.deviations >= CLEAR
@@ -96,14 +95,13 @@ def test_two_hidden_effects_are_both_named(scored):
     assert set(one.first) == set(one.hidden)
 
 
-@pytest.mark.parametrize("seed", [20329, pytest.param(20255, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [20329, 20255])
 def test_what_is_not_in_the_library_gets_no_name(scored, seed):
     one = scored(seed)
     assert one.verdict["alarm"] and not one.named
     assert one.right is not False
 
 
-@pytest.mark.slow
 def test_over_two_dozen_cases_nothing_is_said_that_is_wrong(tmp_path):
     found = benchmark(range(5100, 5124), tmp_path, TOOLS, jobs=2)["apesim"]
     assert len(found) == 24

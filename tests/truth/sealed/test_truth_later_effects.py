@@ -83,6 +83,7 @@ def test_a_late_release_is_named(tmp_path):
     ],
     ids=["few", "all"],
 )
+@pytest.mark.slow
 def test_a_back_pressure_is_named(without, tmp_path):
     folder = write_rig(tmp_path, engine_setting(), exhaust_back_pressure={"pressure": 20e3})
     assert_named(explained(folder, without), "exhaust_back_pressure", 20.0)

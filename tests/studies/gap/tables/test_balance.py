@@ -57,6 +57,7 @@ def tabulated(data):
     return ranked, tabulate(Tables(base, ranked, work), data, base.residuals.noise)
 
 
+@pytest.mark.slow
 def test_an_effect_that_no_library_has_is_found_by_its_balance_and_closes_the_gap():
     ranked, found = tabulated(measured(Bench(rubbing=(hysteretic,))))
     assert ranked[0].name == found.balance.name == "tabulated_force"
@@ -110,6 +111,7 @@ def written(folder, data):
 
 
 @among
+@pytest.mark.slow
 def test_what_the_library_cannot_name_is_added_without_a_name_and_the_child_lacks_nothing(apesim, tmp_path, without):
     (tmp_path / "data").mkdir()
     folder = written(tmp_path / "data", measured(Bench(terms=(force(progressive),))))
@@ -142,6 +144,7 @@ def snag(now):
 
 
 @among
+@pytest.mark.slow
 def test_a_name_is_refused_where_an_unknown_force_takes_more_of_the_gap(without):
     """Left alone, moving mass with Coulomb friction passes every other rule, or is one of several that do."""
     found = explain(Machine(), measured(Bench(rubbing=(snag,))), without=without)
@@ -154,6 +157,7 @@ def test_a_name_is_refused_where_an_unknown_force_takes_more_of_the_gap(without)
 
 
 @among
+@pytest.mark.slow
 def test_a_name_that_stands_in_for_what_the_library_lacks_is_refused(without):
     """Stiffer springs look like more mass, which passes every other rule."""
     bench = Bench(spring_rate=1.15 * Bench().spring_rate)
