@@ -24,6 +24,8 @@ def check_installation(
     Versions, processor, cores and free memory; the cache folder, its size, which kinds of march are compiled and how
     long that took; then one run of the valve and one of the engine. Exit code 1: a number is off.
 
+    Examples
+    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> print(CliRunner().invoke(app, ["doctor", "--set", "engine.bore=90 mm"]).exception)

@@ -24,6 +24,8 @@ def print_machine(
     The check also names keys that have no effect, and numbers that are still the default machine's beside a size that
     is not: the mass of a valve whose stroke was changed.
 
+    Examples
+    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> text = CliRunner().invoke(app, ["machine", "--set", "engine.bore=90 mm"]).stdout

@@ -60,6 +60,7 @@ def test_the_outermost_listener_alone_is_told_and_none_after_its_end(times_file)
 
 
 @compiled_only
+@pytest.mark.slow
 def test_a_call_from_python_says_once_that_it_compiles_and_nothing_when_it_loads(times_file):
     def said():
         code = "import apesim; apesim.run_valve(apesim.Machine()); apesim.run_valve(apesim.Machine())"

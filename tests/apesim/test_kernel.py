@@ -293,6 +293,7 @@ print(*{name for name, _ in times})
 
 @compiled_only
 @pytest.mark.parametrize("kind", ["bench", pytest.param("engine", marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_a_march_compiles_what_its_machine_needs_once_and_tells_it(tmp_path, kind):
     def told():
         return python(TOLD.replace("KIND", repr(kind)), ROOT, APESIM_CACHE_DIR=str(tmp_path)).split()

@@ -96,6 +96,7 @@ def test_an_archive_that_is_not_complete_has_to_be_named(err, broken):
     assert inputs.judge("archive", ["archive", "info"], ["f.h5"], 3, "", err).is_broken is broken
 
 
+@pytest.mark.slow
 def test_what_is_spoilt_follows_from_its_seed():
     for spoil, whole in ((spoil_bytes, bytes(range(256))), (spoil_toml, inputs.whole_machine())):
         spoilt = [spoil(whole, random.Random(seed)) for seed in range(20)]

@@ -12,6 +12,7 @@ from tests.campaigns.campaign import Outcome
 from tests.campaigns.mutants import COMPILED, PLAIN, PYTEST, Mutant
 
 
+@pytest.mark.slow
 def test_mutants_are_of_the_physics_and_in_an_order_that_stays():
     listed = mutants.mutants()
     assert len(listed) > 5000
@@ -55,6 +56,7 @@ def test_compiled():
 """
 
 
+@pytest.mark.slow
 def test_what_notices_a_mutant_is_the_test_that_fails():
     file = mutants.project() / "tests" / "test_air.py"  # a stem of the tests that pass as plain Python
     file.write_text(FAILING)

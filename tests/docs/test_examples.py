@@ -66,6 +66,7 @@ def slow_if(is_slow, name):
 
 
 @pytest.mark.parametrize("name", [slow_if(name in OWN_MARCHES | LONG, name) for name in SCRIPTS])
+@pytest.mark.slow
 def test_an_example_runs_without_warnings_and_its_figures_have_units(name, examples):
     figures, error = run_in(examples, "example_run.py", f"{name}.py", "-W", "error", MPLBACKEND="Agg")
     assert "Warning" not in error
@@ -76,6 +77,7 @@ def test_an_example_runs_without_warnings_and_its_figures_have_units(name, examp
 
 
 @pytest.mark.parametrize("name", [slow_if(name != NOTEBOOKS[0], name) for name in NOTEBOOKS])
+@pytest.mark.slow
 def test_an_example_runs_as_a_notebook_and_shows_its_figures(name, examples, monkeypatch):
     monkeypatch.delenv("MPLBACKEND", raising=False)
     shown, _ = run_in(examples, "notebook_run.py", f"{name}.py")

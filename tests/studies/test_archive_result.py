@@ -39,6 +39,7 @@ def same_values(one, other):
         assert np.array_equal(variable.values, other.variables[name].values, equal_nan=variable.kind == "float64"), name
 
 
+@pytest.mark.slow
 def test_a_command_writes_what_the_function_returns(monkeypatch, tmp_path, swept, mapped):
     monkeypatch.chdir(tmp_path)
     sweep = "engine sweep --intake cam,ideal --no-figures --out s.h5 --speed".split()
@@ -92,6 +93,7 @@ def test_each_is_short_and_drawn_on_the_axes_given(swept, mapped, limited):
     plt.close("all")
 
 
+@pytest.mark.slow
 def test_drawing_leaves_the_backend_of_a_notebook_as_it_is():
     code = (
         "import matplotlib; matplotlib.use('svg'); import apesim.studies.figures.sweep; print(matplotlib.get_backend())"

@@ -103,6 +103,7 @@ def test_a_pulse_too_short_to_open_is_told(apesim):
     assert "the valve does not open" in err
 
 
+@pytest.mark.slow
 def test_tables_show_a_dash_where_there_is_no_number(apesim):
     _, out, _ = apesim("valve", "run", "--pulse", "2 ms")
     assert "nan" not in out
@@ -241,6 +242,7 @@ ASCII_CASES = (
 
 
 @pytest.mark.parametrize("arguments", ASCII_CASES)
+@pytest.mark.slow
 def test_a_terminal_that_knows_ascii_alone_is_no_fault(tmp_path, arguments):
     """In the locale C the error handler of Python is not the strict one."""
     write(sample(), tmp_path / "a.h5")

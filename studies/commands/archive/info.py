@@ -7,6 +7,8 @@ from apesim.studies.options import ArchivePath, Common
 def show_info(common: Common, path: ArchivePath) -> int:
     """What an archive holds and where it comes from.
 
+    Examples
+    --------
     >>> import tempfile
     >>> from typer.testing import CliRunner
     >>> from apesim.archive import Archive, write

@@ -19,6 +19,8 @@ def given_machine(common: Common) -> "Machine | None":
 
     Raises InputError where the machine cannot be used.
 
+    Examples
+    --------
     >>> from apesim.studies.console import Console
     >>> given_machine(Common(Console(), settings=["engine.bore=90 mm"])).engine.bore
     0.09

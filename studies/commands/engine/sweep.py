@@ -41,6 +41,8 @@ def sweep_engine(
 ) -> int:
     """The main job: speeds, intakes, timings and any keys into an archive, figures and a table.
 
+    Examples
+    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> print(CliRunner().invoke(app, ["engine", "sweep", "--shard", "5/4"]).exception)

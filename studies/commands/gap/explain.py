@@ -35,6 +35,8 @@ def explain_gap(
 ) -> int:
     """Find where measurements and model disagree, name the effect that is missing, add it, show the gap shrink.
 
+    Examples
+    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> error = CliRunner().invoke(app, ["gap", "explain", "no_folder", "--out", "report"]).exception

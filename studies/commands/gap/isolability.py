@@ -17,6 +17,8 @@ HEADER = ("effect", "visible from (5 sigmas)", "retained", "hardly distinguishab
 def show_isolability(common: Common, folder: MeasuredFolder, without: Without = None) -> int:
     """Tell which effects the sensors and runs of a folder could show, from which size on, and what would help.
 
+    Examples
+    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> print(CliRunner().invoke(app, ["gap", "isolability", "no_folder", "--without", "ring_leak"]).exception)

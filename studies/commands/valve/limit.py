@@ -25,6 +25,8 @@ def find_valve_limits(
 
     For the machine's own control air and commands, whose duty is their share of a turn, and over a grid.
 
+    Examples
+    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> print(CliRunner().invoke(app, ["valve", "limit", "--duty", "1.5"]).exception)

@@ -24,6 +24,8 @@ def map_valve_strokes(
 ) -> int:
     """Delay time, stroke time, seating speed, fluctuation over pressure and temperature.
 
+    Examples
+    --------
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.cli import app
     >>> print(CliRunner().invoke(app, ["valve", "map", "--pressure", "0.4 MPa"]).exception)

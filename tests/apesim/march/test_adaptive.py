@@ -300,6 +300,7 @@ def test_a_state_that_leaves_its_domain_ends_the_march_with_a_remedy():
 
 
 @compiled_only
+@pytest.mark.compiled
 def test_a_march_that_is_too_long_ends_with_a_remedy():
     outcome, *_ = run(OSCILLATOR, START, [1e6], max_step=0.01, log_rows=0)
     assert outcome.status == Status.TOO_MANY_EVALUATIONS

@@ -278,6 +278,7 @@ def ringing_rates(p, t, y, mode, dy):
 
 
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="millions of steps")
+@pytest.mark.compiled
 def test_an_orbit_that_takes_too_many_evaluations_is_given_up():
     orbit = settle(Ringing(), [1.0, 0.0])
     assert orbit.status == Status.TOO_MANY_EVALUATIONS

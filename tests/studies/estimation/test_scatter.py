@@ -149,6 +149,7 @@ def test_a_run_far_from_the_others_is_white_about_where_its_own_scatter_has_move
     assert left_of(KNOWN._replace(spreads=find_spreads(residuals, x, KNOWN)), residuals) > 1.1  # 6 sigmas
 
 
+@pytest.mark.slow
 def test_a_size_that_is_stated_stays_and_the_other_is_told_beside_it():
     drawn = draw(np.random.default_rng(2), (0.3, 0.1), 100)
     free, _ = find_sizes(drawn)

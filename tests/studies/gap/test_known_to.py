@@ -90,6 +90,7 @@ def test_an_effect_is_named_beside_a_number_far_beyond_what_it_is_known_to(tmp_p
     assert "valve stroke corrected" in (tmp_path / "found" / "report.html").read_text().replace(", ", " ")
 
 
+@pytest.mark.slow
 def test_a_number_that_is_known_goes_before_the_effect_that_says_the_same(tmp_path):
     found = explained(tmp_path, ['"valve.spring_rate" = "3 %"'], spring_rate=2400.0)
     assert (found.verdict, found.best.corrected) == ("CALIBRATION", ("valve.spring_rate",))

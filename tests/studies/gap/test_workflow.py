@@ -72,6 +72,7 @@ def test_a_hidden_effect_is_named_sized_and_added(measure, apesim, tmp_path, wit
 
 
 @among
+@pytest.mark.slow
 def test_an_effect_that_the_library_lacks_is_not_given_another_name(measure, without):
     path = measure(Bench(dry_friction=12.0, breakaway=12.0))
     found = explained(path, without=["coulomb_friction", "stribeck_friction", "seal_friction", *without])
@@ -126,6 +127,7 @@ def test_one_operating_point_alone_names_nothing(measure):
 
 
 @pytest.mark.parametrize("jobs", [2, pytest.param(None, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_what_is_found_does_not_depend_on_how_many_processes_share_the_work(measure, monkeypatch, jobs):
     path = measure(Bench(dry_friction=12.0, breakaway=12.0), {0.16e6: "fit", 0.40e6: "fit", 0.55e6: "gate"})
     few = ("quadratic_drag", "leakage_a", "slow_ramp", "spring_rate_error", "tabulated_force")

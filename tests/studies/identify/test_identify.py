@@ -102,6 +102,7 @@ def test_the_genetic_algorithm_says_what_it_lacks(monkeypatch):
         fit(measured_run(0), method="ga")
 
 
+@pytest.mark.slow
 def test_the_intervals_hold_the_truth_in_90_to_98_of_100_noises():
     found = [fit(measured_run(seed), stated={"lift": NOISE}) for seed in range(200)]
     assert 0.90 <= np.mean([holds(one) for one in found]) <= 0.98

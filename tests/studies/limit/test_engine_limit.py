@@ -168,6 +168,7 @@ def test_the_command_states_the_machine_s_own_limit_and_where_the_lowest_of_the_
     assert paper["window_for_30_hz_deg"] == pytest.approx(6.0 * 1800.0 * rule["lap_to_lap_s"] - 1.0)
 
 
+@pytest.mark.slow
 def test_the_machine_s_own_point_is_computed_where_the_grid_does_not_hold_it(apesim):
     own = ["--set", 'supply.control_pressure="0.8 MPa gauge"', "--set", 'engine.receiver.volume="inf"']
     grid = ["--control-pressure", "1 MPa gauge", "--temperature", "287 K", "--duration", "75 deg", "--jobs", "1"]

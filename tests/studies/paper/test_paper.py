@@ -64,6 +64,7 @@ def judged(archive, found, by_area, frictions):
     return {claim.key: claim for claim in all_claims(Machine(), archive, found, by_area, frictions)}
 
 
+@pytest.mark.slow
 def test_the_claims_alone_have_the_verdicts_of_the_full_repetition_at_the_machines_own_area(judged):
     paper = repeat_paper(Machine(), scope="claims")
     alone = {claim.key: claim for claim in paper.claims}
@@ -389,6 +390,7 @@ def test_much_heat_is_not_called_negligible(monkeypatch):
     assert design.heat_is_small(Machine()).verdict == CONTRADICTED
 
 
+@pytest.mark.slow
 def test_the_page_shows_every_claim_and_figure(archive, found, frictions, judged, tmp_path):
     drawn = paper_figures(Machine(), archive, found, frictions, tmp_path)
     captions = captions_of(vessel_of(Machine()), frictions)
@@ -404,6 +406,7 @@ def test_the_page_shows_every_claim_and_figure(archive, found, frictions, judged
     assert all(b"/Subtype /Image" not in path.read_bytes() for path in drawn if path.suffix == ".pdf")
 
 
+@pytest.mark.slow
 def test_another_valve_is_named_and_its_area_was_not_chosen(archive, found, frictions, judged, tmp_path):
     other = changed(Machine(), {"valve.moving_mass": 0.2, "engine.bore": 0.09})
     leaky = differences(changed(other, {"effects.ring_leakage.area": 1e-7}))

@@ -327,6 +327,7 @@ def test_a_dictionary_of_brakes_holds_numbers_of_pythons_own(results):
     assert {type(leaf).__module__ for leaf in leaves(data)} == {"builtins"}
 
 
+@pytest.mark.slow
 def test_figures_are_drawn_with_brakes_and_for_a_piston_that_does_not_move(results, tmp_path):
     still = soft_landings(machine(), [AMBIENT + 1e4], 287.0, DWELL)
     for number, found in enumerate((results, still)):

@@ -87,6 +87,7 @@ def damage(path, random):
 
 
 @pytest.mark.parametrize("at", [1, 4, len(RUNS)])
+@pytest.mark.slow
 def test_shards_that_are_damaged_or_removed_while_the_sweep_runs_cost_nothing(tmp_path, whole, at):
     path, random = tmp_path / "sweep.h5", np.random.default_rng(at)
     for action in (lambda: damage(path, random), lambda: shutil.rmtree(shards_folder(path))):
@@ -96,7 +97,7 @@ def test_shards_that_are_damaged_or_removed_while_the_sweep_runs_cost_nothing(tm
         assert [item.name for item in tmp_path.iterdir()] == ["sweep.h5"]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 4))])
 def test_a_shard_that_was_damaged_is_computed_again_when_the_sweep_goes_on(tmp_path, whole, seed):
     path, random = tmp_path / "sweep.h5", np.random.default_rng(seed)
     at = int(random.integers(1, len(RUNS) + 1))
@@ -181,6 +182,7 @@ def complete_without_computing(folder, run, count, monkeypatch):
     return told
 
 
+@pytest.mark.slow
 def test_shards_grow_with_what_is_done_and_what_is_told_is_written(tmp_path, monkeypatch):
     folder = tmp_path / "s.h5.shards"
     told = complete_without_computing(folder, results_of, 100, monkeypatch)
@@ -237,6 +239,7 @@ def test_where_every_worker_dies_the_runs_are_named_and_shards_are_kept(apesim, 
 
 
 @pytest.mark.parametrize("number", [1, 4, 7])
+@pytest.mark.slow
 def test_a_write_that_fails_loses_nothing_that_was_written(tmp_path, monkeypatch, whole, number):
     path, calls, replace = tmp_path / "sweep.h5", [], os.replace
 
@@ -260,6 +263,7 @@ def refuse_to_remove(*_, **__):
     raise OSError(errno.EPERM, "Operation not permitted")
 
 
+@pytest.mark.slow
 def test_shards_that_cannot_be_removed_take_nothing_from_a_sweep_that_is_done(apesim, monkeypatch, whole):
     with monkeypatch.context() as patched:
         patched.setattr(Path, "unlink", refuse_to_remove)
@@ -302,7 +306,14 @@ OF_THE_END = range(WRITES + 1, WRITES + 3 + len(RUNS) + 2 + 1)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="processes are forked")
-@pytest.mark.parametrize("number", [*np.random.default_rng(14).choice(np.arange(1, WRITES), 3), *OF_THE_END])
+@pytest.mark.parametrize(
+    "number",
+    [
+        *np.random.default_rng(14).choice(np.arange(1, WRITES), 3),
+        OF_THE_END[0],
+        *(pytest.param(number, marks=pytest.mark.slow) for number in OF_THE_END[1:]),
+    ],
+)
 def test_a_sweep_that_is_killed_anywhere_goes_on_and_leaves_only_its_archive(tmp_path, whole, number):
     path = tmp_path / "sweep.h5"
     process = multiprocessing.get_context("fork").Process(target=killed_at, args=(path, number))
@@ -336,6 +347,7 @@ def test_a_sweep_that_is_finished_says_so_and_ends_with_0(apesim):
     assert Path("sweep.h5").read_bytes() == content
 
 
+@pytest.mark.slow
 def test_a_finished_sweep_is_resumed_without_saying_what_was_swept(apesim):
     assert apesim("engine", "sweep", *FAST, "--out", "finished.h5")[0] == 0
     content = Path("finished.h5").read_bytes()
@@ -377,6 +389,7 @@ def test_a_damaged_archive_is_not_taken_for_a_finished_one(tmp_path, whole):
     assert_whole(path, whole)
 
 
+@pytest.mark.slow
 def test_a_share_of_a_sweep_is_whole_by_itself(apesim, whole):
     for share in ("1/3", "2/3", "3/3"):
         assert apesim("engine", "sweep", *FAST, "--shard", share, "--out", f"{share[0]}.h5")[0] == 0

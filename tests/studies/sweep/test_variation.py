@@ -163,6 +163,7 @@ def test_without_our_help_xarray_finds_the_varied_keys_beside_the_runs(swept):
         assert data["brake_torque_Nm"].where(kept, drop=True).sizes == {"run": 2 * 2 * 2}
 
 
+@pytest.mark.slow
 def test_a_part_of_a_grid_has_gaps_and_the_parts_make_the_whole(swept, tmp_path):
     parts = []
     for number in (1, 2, 3):
@@ -222,6 +223,7 @@ def test_commands_that_are_varied_leave_traces_at_common_angles(tmp_path):
     assert opened == sorted(opened) and opened[0] < opened[1] < opened[2]
 
 
+@pytest.mark.slow
 def test_figures_over_each_key_are_drawn(swept, tmp_path):
     names = {path.stem for path in sweep_figures(swept.archive, tmp_path)}
     assert {"over_supply_pressure", "over_air_model", "over_effects_blow_by_area", "torque_and_air"} <= names

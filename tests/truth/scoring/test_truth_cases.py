@@ -72,6 +72,7 @@ def test_a_case_is_sealed_and_can_be_made_again(tmp_path):
     assert not any("hidden" in (tmp_path / "one" / "case" / name).read_text() for name in names)
 
 
+@pytest.mark.slow
 def test_a_change_that_is_a_nuisance_costs_its_prior_alone():
     lab, rig = Laboratory(setting()), Rig()
     left = lab.left(
@@ -80,6 +81,7 @@ def test_a_change_that_is_a_nuisance_costs_its_prior_alone():
     assert 0.3 < np.linalg.norm(left) < 1.01  # one prior deviation at most, less what other nuisances take on
 
 
+@pytest.mark.slow
 def test_a_large_change_that_is_a_nuisance_costs_its_prior_alone_though_it_is_far_from_straight():
     lab, rig = Laboratory(setting()), Rig()
     left = lab.left(rig, lambda rig: rig.valve(effective_area=0.7 * rig.engine.valve.effective_area), POINTS, anew=2)
@@ -108,6 +110,7 @@ def test_twice_the_noise_at_most_halves_the_deviations_of_an_effect():
     assert 1.5 < sizes[0] / sizes[1] < 2.01
 
 
+@pytest.mark.slow
 def test_a_delay_that_a_priori_could_be_the_other_solenoids_is_in_one_class_with_it_however_plainly_it_shows():
     lab, rig, delay = Laboratory(setting(noise=WHITE._replace(scale=0.5))), Rig(), 0.15e-3
 

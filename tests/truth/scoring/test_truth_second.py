@@ -155,6 +155,7 @@ def faulty(tmp_path_factory):
     return seed, make(seed, folder), folder
 
 
+@pytest.mark.slow
 def test_a_case_can_be_made_again_and_keeps_its_fault_to_one_file(faulty, tmp_path):
     seed, answer, folder = faulty
     assert answer["kind"] == FAULTY and answer["fault"]["deviations"] >= 5.0

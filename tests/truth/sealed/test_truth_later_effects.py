@@ -71,6 +71,7 @@ def assert_named(found, name, hidden):
     assert high - low < 0.2 * hidden
 
 
+@pytest.mark.slow
 def test_a_late_release_is_named(tmp_path):
     assert_named(explained(write_rig(tmp_path, NEAR, release_delay={"time": 0.8e-3})), "release_delay", 0.8)
 

@@ -63,6 +63,7 @@ def test_where_nothing_is_hidden_nothing_is_named(tmp_path):
     assert found.effects == []
 
 
+@pytest.mark.slow
 def test_coulomb_friction_is_named_with_its_value(tmp_path):
     found = explain(tmp_path, Cylinder(coulomb=5.0), seed=12)
     assert found.verdict == "NAMED"

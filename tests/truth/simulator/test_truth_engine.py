@@ -120,6 +120,7 @@ def test_the_compiled_engine_agrees_with_the_truth_at_a_random_machine():
     assert_agree(*random_machine(6))  # a valve with all effects, an offset, and no receiver, which takes long to settle
 
 
+@pytest.mark.slow
 def test_numbers_in_doubt_are_compared_with_a_truth_nearer_to_its_periodic_state():
     assert_agree(*random_machine(521))  # 3e-7 from it, a stroke that is hardly completed seats 3e-5 faster
 

@@ -41,6 +41,7 @@ def chances(weight, samples, trials, seed):
 
 
 @pytest.mark.parametrize(("weight", "samples"), [(0.0, 10), (0.9, 240)])
+@pytest.mark.slow
 def test_chances_of_noise_known_from_few_samples_are_right_once_that_is_counted(weight, samples):
     taken, doubted = chances(weight, samples, 1000, 5)
     assert np.mean(taken < 0.01) > 0.018

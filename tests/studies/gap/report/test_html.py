@@ -104,6 +104,7 @@ def test_values_are_shown_in_the_unit_of_the_sensor():
     assert label_point(compared().block.run, AMBIENT) == "0.40 MPa gauge, 40 ms"
 
 
+@pytest.mark.slow
 def test_figures_have_the_same_bytes_each_time(tmp_path):
     signals = [compared("check", 2.0), compared("fit", 1.0, number=1)]
     rows = [TriedCandidate("side_force", 20.0, 21.0), TriedCandidate("bounce", 3.0, None)]
@@ -129,6 +130,7 @@ def bench(tmp_path_factory):
     return write_bench(tmp_path_factory.mktemp("bench"))
 
 
+@pytest.mark.slow
 def test_the_command_leaves_a_page_that_stands_alone(apesim, bench, tmp_path):
     code, out, err = apesim("gap", "explain", str(bench), "--out", "found", "--json", "--quiet")
     assert (code, err) == (0, "")

@@ -55,6 +55,7 @@ def test_an_effect_that_has_one_sign_explains_no_gap_of_the_other(bench):
     assert find_scores([first], 2.0 * first.projected)[0].n_sigma > 0.0
 
 
+@pytest.mark.slow
 def test_noise_alone_opens_the_case_in_one_of_a_hundred(bench):
     space, columns = bench
     local = space.project_out(np.random.default_rng(3).normal(size=(N, 10)))

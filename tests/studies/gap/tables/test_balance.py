@@ -80,6 +80,7 @@ def test_an_effect_that_no_library_has_is_found_by_its_balance_and_closes_the_ga
     assert float(rest.split(term)[0]) == pytest.approx(-12.0 / 4.5, rel=0.1)
 
 
+@pytest.mark.slow
 def test_without_runs_to_judge_a_table_is_held_against_operating_points_left_out():
     fitted = measured(Bench(rubbing=(hysteretic,))).of("fit")
     _, found = tabulated(Measured("", NOISE, tuple(fitted)))
