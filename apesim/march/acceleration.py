@@ -62,6 +62,11 @@ class Secants:
                 self._slopes.append((moved / sizes, image_moved / sizes))
         self._last = state, image
 
+    def _relative(self, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The secants that a step is made of, each (k, n): by how much the state moved, and its gain with it."""
+        moved, gained = zip(*(secant for secant in self._recent if secant), strict=True)
+        return np.array(moved) / sizes, np.array(gained) / sizes
+
     def step(self, gain: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, float]:
         """Compute the way from the last state to where the map repeats it.
 
@@ -99,10 +104,9 @@ class Secants:
         >>> round(float(step[0]), 6)
         1.0
         """
-        used = [secant for secant in self._recent if secant]
         step = rest = gain
-        if used:
-            moved, gained = (np.array(side) / sizes for side in zip(*used, strict=True))
+        if self.are_shown:
+            moved, gained = self._relative(sizes)
             weights = np.linalg.lstsq(gained.T, gain, rcond=CONDITION)[0]
             rest = gain - weights @ gained
             step = rest - weights @ moved
@@ -125,8 +129,8 @@ class Secants:
         2.0
         """
         matrix = np.eye(len(sizes))
-        if used := [secant for secant in self._recent if secant]:
-            moved, gained = (np.array(side) / sizes for side in zip(*used, strict=True))
+        if self.are_shown:
+            moved, gained = self._relative(sizes)
             matrix -= (gained + moved).T @ np.linalg.pinv(gained.T, rcond=CONDITION)
             matrix[~moved.any(axis=0)] = 0.0
         return matrix

@@ -644,7 +644,7 @@ def _from_known(drive: Drive, known: Known, tolerance: float, record: Record) ->
         y, nearer = y.copy(), left / before if before else 1.0
         y[:n] += step * sizes
         if left * nearer <= tolerance:  # the next step falls by as much at least
-            return Settling(y, mode, Status.DONE, np.abs(gain).max(), np.inf, 1, correction)
+            return Settling(y, mode, Status.DONE, largest_gain, np.inf, 1, correction)
         before, gain_before, largest_before = left, gain, largest_gain
     return None
 

@@ -37,6 +37,8 @@ SLOTS = {
     "the measurement, no physics of the machine.",
 }
 """Groups of the library: the slots, and the tables of any slot."""
+NUISANCES = {effect.name for effect in ALL_EFFECTS if effect.search.is_nuisance}
+"""Effects that the search knows within a prior, and never names."""
 
 
 def write_effects() -> str:
@@ -96,9 +98,6 @@ def _say_search(entry: Any, parameter: Any) -> str:
     if f"effects.{entry.name}.{parameter.name}" in _find_fitted_keys():
         return "fitted"
     return "fitted where the library is refused" if entry.name.startswith("tabulated_") else "stays as it is"
-
-
-NUISANCES = {effect.name for effect in ALL_EFFECTS if effect.search.is_nuisance}
 
 
 @cache
