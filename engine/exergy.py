@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from apesim.air import GasState
-from apesim.engine.cycle import exchange
-from apesim.engine.cycle.flows import EffectTerms, exchange_sides
+from apesim.engine.cycle import state
+from apesim.engine.cycle.gas_exchange import EffectTerms, Port, airs_at, ports_at, sides_of
 from apesim.engine.cycle.state import (
     EXCHANGE,
     SIZE,
@@ -31,6 +31,7 @@ from apesim.engine.cycle.state import (
 )
 from apesim.engine.cylinder import EPV, CylinderState
 from apesim.exergy import (
+    Stream,
     exergy_brought,
     exergy_stored,
     flow_exergy,
@@ -42,7 +43,7 @@ from apesim.exergy import (
 )
 from apesim.kernel import kernel
 from apesim.march.error_bounds import closure_of
-from apesim.restriction import Flow
+from apesim.restriction import Flow, Sides
 from apesim.stack_array import zeros
 from apesim.valve.exergy import (
     CHAMBER_MIXING,
@@ -105,6 +106,14 @@ TERMS = {name: text for name, (_, text) in (ENTERS | LEAVES).items()} | WORKS
 """Meaning of every term of the ledger by name, in the order of flow; J in a cycle."""
 
 
+@kernel
+def port_stream(
+    i: int, mode: np.ndarray, ports: tuple[Port, ...], airs: tuple[GasState, ...], flows: tuple[Flow, ...]
+) -> Stream:
+    """Stream through port `i`, from the flows of all ports (FLOW_ENTRIES * PORTS,) and the modes (MODES,)."""
+    return stream_through(mode[EXCHANGE + i], sides_of(ports[i], airs), flows[i].mass)
+
+
 @kernel(inline=False)
 def add_exergy_rates(
     p: Cycle,
@@ -114,7 +123,7 @@ def add_exergy_rates(
     cylinder: CylinderState,
     receiver: GasState,
     intake: GasState,
-    flows: exchange.Exchange[Flow],
+    flows: tuple[Flow, ...],
     terms: EffectTerms,
     dy: np.ndarray,
 ) -> None:
@@ -136,9 +145,9 @@ def add_exergy_rates(
         State of the cylinder at that time.
     receiver, intake : apesim.air.GasState
         State of the air in the receiver and before the groove.
-    flows : apesim.engine.cycle.exchange.Exchange
-        Flows of the gas exchange, without what passes beside the groove.
-    terms : apesim.engine.cycle.flows.EffectTerms
+    flows : (FLOW_ENTRIES * PORTS,) float array
+        Flows through the ports, without what passes beside the groove.
+    terms : apesim.engine.cycle.gas_exchange.EffectTerms
         What effects let into the cylinder.
     dy : (SIZE + RATES,) float array
         Rates of the state vector; its last elements are changed [W].
@@ -152,37 +161,36 @@ def add_exergy_rates(
     --------
     With all at rest before the first cycle, nothing is destroyed by friction of the valve's piston:
 
-    >>> from apesim.engine.cycle.flows import effect_terms, exchange_flows
+    >>> from apesim.engine.cycle.gas_exchange import effect_terms
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), 100.0)
     >>> (y, mode), dy = charged_at_rest(cycle), np.full(SIZE + RATES, np.nan)
     >>> cylinder, receiver = cylinder_state(cycle, 0.0, y)[0], receiver_state(cycle, y)
-    >>> flows = exchange_flows(cycle, y, mode, cylinder, exchange_sides(cycle, cylinder, receiver, receiver))
-    >>> add_exergy_rates(
-    ...     cycle, 0.0, y, mode, cylinder, receiver, receiver, flows, effect_terms(cycle, cylinder), dy
-    ... )
+    >>> flows, terms = np.zeros(FLOW_ENTRIES * PORTS), effect_terms(cycle, cylinder)
+    >>> add_exergy_rates(cycle, 0.0, y, mode, cylinder, receiver, receiver, flows, terms, dy)
     >>> print(abs(dy[SIZE + VALVE_FRICTION]))
     0.0
     """
     r: np.ndarray = zeros(RATES)  # type: ignore[call-arg]
     gas, ambient = p.actuator.gas, p.actuator.ambient
     p_c, t_c = cylinder.air
-    sides = exchange_sides(p, cylinder, receiver, intake)
+    ports, airs = ports_at(p, cylinder.angle, y, mode), airs_at(p, cylinder, receiver, intake)
     let_in, heat, past_groove = terms.let_in, terms.heat, terms.past_groove.mass
 
-    # Streams into and out of the cylinder. What passes beside the groove has no regime but the sign of its flow.
-    through = stream_through(mode[EXCHANGE + exchange.GROOVE], sides.groove, flows.groove.mass)
-    past = stream_through(past_groove, sides.groove, past_groove)
-    out = stream_through(mode[EXCHANGE + exchange.EXHAUST], sides.exhaust, flows.exhaust.mass)
+    # Streams into the cylinder. What passes beside the groove has no regime but the sign of its flow.
+    through = port_stream(state.GROOVE, mode, ports, airs, flows)
+    past = stream_through(past_groove, Sides(intake, cylinder.air), past_groove)
 
     # From groove to exhaust. A stream that leaves a volume mixes with nothing, unless it flows back.
     r[GROOVE] += throttling_loss(gas, ambient, through, intake.pressure, p_c)
     r[GROOVE] += throttling_loss(gas, ambient, past, intake.pressure, p_c)
     r[CYLINDER_MIXING] += mixing_loss(gas, ambient, through, t_c) + mixing_loss(gas, ambient, past, t_c)
-    r[CYLINDER_MIXING] -= mixing_loss(gas, ambient, out, t_c)
-    r[EXHAUST_VALVE] += throttling_loss(gas, ambient, out, p_c, p.exhaust_pressure)
-    r[EXHAUST_AIR] += stream_exergy(gas, ambient, out, p.exhaust_pressure)
+    for i in state.EXHAUSTS:
+        out = port_stream(i, mode, ports, airs, flows)
+        r[CYLINDER_MIXING] -= mixing_loss(gas, ambient, out, t_c)
+        r[EXHAUST_VALVE] += throttling_loss(gas, ambient, out, p_c, p.exhaust_pressure)
+        r[EXHAUST_AIR] += stream_exergy(gas, ambient, out, p.exhaust_pressure)
 
     # What effects let in: heat apart from air, as its exergy is taken at the temperature of its wall.
     r[LEAKS] -= exergy_brought(gas, ambient, let_in.mass, let_in.enthalpy - heat, cylinder.air)
@@ -198,7 +206,7 @@ def add_exergy_rates(
     # From the groove up to the supply: `brought` is what enters at the outermost volume there is, and `back` what air
     # that flows back into the receiver destroys there by mixing.
     if has_pipe(p):
-        drawn = stream_through(mode[EXCHANGE + exchange.PIPE], sides.pipe, flows.pipe.mass)
+        drawn = port_stream(state.PIPE_FEED, mode, ports, airs, flows)
         r[FEED] += throttling_loss(gas, ambient, drawn, receiver.pressure, intake.pressure)
         r[RECEIVER_MIXING] += mixing_loss(gas, ambient, drawn, intake.temperature)
         r[RECEIVER_MIXING] -= mixing_loss(gas, ambient, through, intake.temperature) + mixing_loss(
@@ -216,7 +224,7 @@ def add_exergy_rates(
             gas, ambient, past, intake.temperature
         )
     if p.receiver_volume > 0.0:
-        feed = stream_through(mode[EXCHANGE + exchange.FEED], sides.feed, flows.feed.mass)
+        feed = port_stream(state.FEED, mode, ports, airs, flows)
         r[FEED] += throttling_loss(gas, ambient, feed, p.supply.pressure, receiver.pressure)
         r[RECEIVER_MIXING] += mixing_loss(gas, ambient, feed, receiver.temperature) + back
         brought = stream_exergy(gas, ambient, feed, p.supply.pressure)

@@ -9,12 +9,13 @@ import numpy as np
 
 from apesim.air import ANR_DENSITY, Gas, GasContent, GasState, enthalpy, temperature_at_enthalpy, temperature_of
 from apesim.engine.angles import DEGREE, TURN
-from apesim.engine.breathing import cam_angles
+from apesim.engine.cam import cam_angles
 from apesim.engine.cycle.state import (
     control_ledger,
     cylinder_gas,
     effects_ledger,
     engine_ledger,
+    has_pipe,
     line_gas,
     pipe_gas,
     receiver_gas,
@@ -284,8 +285,8 @@ def exhaust_temperature(run: SteadyRun) -> float:
     """
     gas, air = run.cycle.actuator.gas, engine_ledger(run.end)
     back = air.exhaust_back
-    mass = air.flows.exhaust.mass + back
-    energy = air.flows.exhaust.enthalpy + back * enthalpy(gas, run.cycle.actuator.ambient.temperature)
+    mass = air.exhaust.mass + back
+    energy = air.exhaust.enthalpy + back * enthalpy(gas, run.cycle.actuator.ambient.temperature)
     return temperature_at_enthalpy(gas, energy / mass) if mass > 0.0 else nan
 
 
@@ -333,17 +334,16 @@ def closure(run: SteadyRun) -> tuple[float, float]:
     True
     """
     p, control, engine, let_in = run.cycle, control_ledger(run.end), engine_ledger(run.end), effects_ledger(run.end)
-    flows = engine.flows
-    mass_in, energy_in = flows.feed if p.receiver_volume > 0.0 else flows.pipe
+    mass_in, energy_in = engine.feed if p.receiver_volume > 0.0 else engine.pipe if has_pipe(p) else engine.groove
     if not (p.receiver_volume > 0.0 and p.control_from_receiver):
         mass_in, energy_in = mass_in + control.line_fed.mass, energy_in + control.line_fed.enthalpy
     stored, held = _gas_held(run.end - run.start), _gas_held(run.start)
-    mass = stored.mass - (mass_in - flows.exhaust.mass - control.vented.mass + let_in.mass)
-    energy_in = energy_in - flows.exhaust.enthalpy - control.vented.enthalpy + let_in.enthalpy
+    mass = stored.mass - (mass_in - engine.exhaust.mass - control.vented.mass + let_in.mass)
+    energy_in = energy_in - engine.exhaust.enthalpy - control.vented.enthalpy + let_in.enthalpy
     energy = stored.energy - (energy_in - engine.work - control.valve_work)
-    through = flows.groove.mass + control.supplied.mass + engine.groove_back + engine.exhaust_back
+    through = engine.groove.mass + control.supplied.mass + engine.groove_back + engine.exhaust_back
     back = engine.exhaust_back * enthalpy(p.actuator.gas, p.actuator.ambient.temperature)
-    carried = abs(flows.groove.enthalpy) + abs(control.supplied.enthalpy) + back
+    carried = abs(engine.groove.enthalpy) + abs(control.supplied.enthalpy) + back
     return closure_of(mass, through, held.mass), closure_of(energy, carried, held.energy)
 
 
@@ -405,7 +405,7 @@ def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
     peak = peak_pressure(run)
     fmep = friction_pressure(run, peak)
     brake = work - fmep * swept
-    engine_air, control_air = ledger.flows.groove.mass, control.supplied.mass
+    engine_air, control_air = ledger.groove.mass, control.supplied.mass
     air = engine_air + control_air
 
     # Ideal work is counted from where the air is drawn: control air may come from the regulator or the receiver.

@@ -152,7 +152,7 @@ def run_steady(
         work,
         exergy_end,
         _change(coarse_ledger.work, ledger.work) if estimate_error else nan,
-        _change(coarse_ledger.flows.groove.mass, ledger.flows.groove.mass) if estimate_error else nan,
+        _change(coarse_ledger.groove.mass, ledger.groove.mass) if estimate_error else nan,
         tolerance,
         int(outcome.status if orbit.status == Status.DONE else orbit.status),
         outcome.steps,

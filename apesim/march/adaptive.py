@@ -32,7 +32,7 @@ class Status(IntEnum):
 
 TOLERANCE = 1e-7
 """Default tolerance of a step."""
-EVENTS = 16
+EVENTS = 17
 """Room for the values of events and of zero crossings."""
 BREAKPOINT, ZERO_CROSSING = -1, 100
 """Codes in the log: the end of a smooth stretch; zero crossing number n is ZERO_CROSSING + n."""

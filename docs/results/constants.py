@@ -4,10 +4,10 @@ from math import degrees
 from operator import attrgetter
 
 from apesim.air import ANR_DENSITY, COLDEST, HOTTEST, LEMMON_GAS_CONSTANT
-from apesim.engine.breathing import MAX_VOLUME
 from apesim.engine.cycle.operating_point import MAX_TURN
 from apesim.engine.cycle.rates import MAX_PATH
 from apesim.engine.machine import Machine
+from apesim.engine.receiver import MAX_VOLUME
 from apesim.flow_function import NEARLY_EQUAL
 from apesim.march import adaptive, periodic
 from apesim.restriction import AREA_OF_CONDUCTANCE

@@ -6,7 +6,7 @@ import numpy as np
 
 from apesim.effect import adjusted, chosen, kind_of_march, library_for, volume_of
 from apesim.engine.angles import DEGREE, TURN
-from apesim.engine.breathing import cam_corners, window_corners
+from apesim.engine.cam import cam_corners, window_corners
 from apesim.engine.cycle.state import (
     MODES,
     SCALE,
@@ -62,6 +62,7 @@ def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.nda
         int(machine.supply.control_air == RECEIVER),
         0.0 if infinite else engine.receiver.volume,
         engine._replace(cam=cam),
+        engine.exhausts,
         crank_of(engine),
         speed,
         command.energise,
@@ -79,12 +80,13 @@ def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.nda
 
     # Effects change the machine when it is whole, and breakpoints are those of what they leave.
     p, tables = adjusted(library.effects, machine.effects, p, tables)
+    p = p._replace(exhausts=p.engine.exhausts)
     return p, tables, breakpoints_of_cycle(p, tables, period)
 
 
 def breakpoints_of_cycle(p: Cycle, tables: CycleTables, period: float) -> np.ndarray:
     """Find the times (n,) [s] from the start of a cycle at which a smooth segment ends; the last is `period` [s]."""
-    angles, starts = [window_corners(p.engine.exhaust)], [np.array([period])]
+    angles, starts = [window_corners(valve) for valve in p.exhausts], [np.array([period])]
     if p.engine.intake == EPV:
         starts.append(tables.valve.breakpoints(0.0, period))
     elif p.engine.intake == CAM:
@@ -131,10 +133,12 @@ def charged_at_rest(p: Cycle) -> tuple[np.ndarray, np.ndarray]:
     update_states(
         y,
         closed_at_rest(p.actuator, control),
-        filled(gas, volume, ambient),
-        filled(gas, p.receiver_volume, p.supply),
-        filled(gas, p.actuator.line.volume, control),
-        filled(gas, p.pipe.volume, p.supply),
+        (
+            filled(gas, volume, ambient),
+            filled(gas, p.receiver_volume, p.supply),
+            filled(gas, p.actuator.line.volume, control),
+            filled(gas, p.pipe.volume, p.supply),
+        ),
     )
     mode[PHASE] = HELD_CLOSED
     return y, mode

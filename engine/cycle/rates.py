@@ -4,25 +4,36 @@ import numpy as np
 
 from apesim.air import GasContent, heat_capacity
 from apesim.engine.angles import TURN
-from apesim.engine.breathing import lift_line
-from apesim.engine.cycle.exchange import FLOWS
-from apesim.engine.cycle.flows import (
+from apesim.engine.cam import lift_line
+from apesim.engine.cycle.gas_exchange import (
+    AIRS,
+    CYLINDER,
+    INTAKE,
+    OUTSIDE,
+    RECEIVER,
+    add_flow,
+    airs_at,
     change_exchange_regime,
     effect_terms,
     exchange_events,
-    exchange_flows,
-    exchange_sides,
     intake_lift,
+    port_flows,
+    ports_at,
     start_exchange_segment,
     start_groove_segment,
-    with_past_groove,
+    update_exchange,
 )
 from apesim.engine.cycle.operating_point import MAX_TURN
 from apesim.engine.cycle.state import (
     BRANCHES,
+    EXHAUSTS,
+    FEED,
+    GROOVE,
     INTAKE_OPEN,
     LIFT,
     LIFT_SLOPE,
+    PIPE_FEED,
+    PORTS,
     SIZE,
     Cycle,
     CycleTables,
@@ -53,11 +64,12 @@ from apesim.march.hybrid_system import (
     step_share,
     zero_crossings,
 )
-from apesim.restriction import NO_FLOW, Flow
+from apesim.restriction import Flow
+from apesim.stack_array import zeros
 from apesim.valve import actuator as valve_actuator
 from apesim.valve.actuator import AT_REST, MAX_STEP, PHASE, PIECE, actuator_rates, state_of
 from apesim.valve.groove import piece_of
-from apesim.valve.ledger import ControlLedger, valve_states
+from apesim.valve.ledger import FLOW_ENTRIES, ControlLedger, ledger_flow, valve_states
 from apesim.valve.line import LINE_FLOW, change_line_regime, has_line, line_event, line_feed, start_line_segment
 from apesim.valve.motion import (
     CORNER,
@@ -69,11 +81,13 @@ from apesim.valve.motion import (
 )
 from apesim.valve.piston import is_moving
 
+AIR_FLOWS = FLOW_ENTRIES * AIRS
+"""Entries of the flows into or out of all airs."""
 MAX_PATH = 0.01
 """Share of the stroke up to which a valve that creeps may move in a longer step than that; chosen."""
 FLOW = LINE_FLOW + 1
-"""First of the events of flows through groove, exhaust valve, feed and pipe into another regime."""
-BRANCHED = FLOW + FLOWS
+"""First of the events of flows through the ports of the gas exchange into another regime."""
+BRANCHED = FLOW + PORTS
 """Event of an effect of the cylinder on another branch of its law."""
 PRESSURE_EXTREMUM, RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM = range(3, 6)
 """Zero crossings: extremum of the pressure in the cylinder and in the receiver, and of the cylinder temperature."""
@@ -121,6 +135,19 @@ def effect_branches(p: Cycle, t: float, y: np.ndarray) -> float:
         cylinder, _ = cylinder_state(p, t, y)
         return effect_terms(p, cylinder).branches
     return 0.0
+
+
+@kernel
+def net_flow(entering: np.ndarray, leaving: np.ndarray, air: int) -> Flow:
+    """Net flow into an air, from what enters and what leaves each air (FLOW_ENTRIES * AIRS,)."""
+    first = FLOW_ENTRIES * air
+    return Flow(entering[first] - leaving[first], entering[first + 1] - leaving[first + 1])
+
+
+@kernel
+def gas_rates(is_there: bool, net: Flow) -> GasContent:
+    """Rates of the gas of a volume without work, from the net flow into it; 0 where the machine has no such volume."""
+    return GasContent(net.mass, net.enthalpy) if is_there else GasContent(0.0, 0.0)
 
 
 @rates.for_type(Cycle)
@@ -178,7 +205,8 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
     cylinder, slope = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
     intake = intake_state(p, y, receiver)
-    exchanged = exchange_flows(p, y, mode, cylinder, exchange_sides(p, cylinder, receiver, intake))
+    ports, airs = ports_at(p, cylinder.angle, y, mode), airs_at(p, cylinder, receiver, intake)
+    flows = port_flows(p, mode, ports, airs)
 
     # The valve, with its own domain; a cam or an ideal valve leaves its states where they are.
     valve = AT_REST
@@ -188,39 +216,52 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
         valve = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
     line = line_feed(p.actuator, mode, control_air(p, y), valve)
 
-    # Effects of the cylinder. The flows without what passes beside the groove are kept for the exergy ledger.
+    # Effects of the cylinder.
     terms = effect_terms(p, cylinder)
-    let_in = terms.let_in
-    flows = with_past_groove(p, exchanged, terms.past_groove)
-    groove, exhaust, feed, pipe = flows
+    let_in, past = terms.let_in, terms.past_groove
     work = cylinder.air.pressure * slope * p.speed
 
-    # What leaves the receiver: pipe or groove draw from it, and the valve where its control air comes from there.
-    drawn = NO_FLOW
-    if p.receiver_volume > 0.0:
-        drawn = pipe
-        if p.control_from_receiver:
-            drawn = Flow(pipe.mass + line.mass, pipe.enthalpy + line.enthalpy)
+    # What enters and what leaves each air, with what passes beside the groove; the valve draws from the receiver where
+    # its control air comes from there.
+    entering: np.ndarray = zeros(AIR_FLOWS)  # type: ignore[call-arg]
+    leaving: np.ndarray = zeros(AIR_FLOWS)  # type: ignore[call-arg]
+    update_exchange(ports, flows, entering, leaving)
+    add_flow(entering, CYLINDER, past)
+    add_flow(leaving, ports[GROOVE].before, past)
+    if p.control_from_receiver:
+        add_flow(leaving, RECEIVER, line)
 
     # Balances, then the ledgers that show whether they close; the exergy only where a march has room for it.
+    in_cylinder = net_flow(entering, leaving, CYLINDER)
     update_states(
         dy,
         valve.states,
-        GasContent(
-            groove.mass - exhaust.mass + let_in.mass, groove.enthalpy - exhaust.enthalpy - work + let_in.enthalpy
+        (
+            GasContent(in_cylinder.mass + let_in.mass, in_cylinder.enthalpy - work + let_in.enthalpy),
+            gas_rates(p.receiver_volume > 0.0, net_flow(entering, leaving, RECEIVER)),
+            GasContent(line.mass - valve.supplied.mass, line.enthalpy - valve.supplied.enthalpy),
+            gas_rates(has_pipe(p), net_flow(entering, leaving, INTAKE)),
         ),
-        GasContent(feed.mass - drawn.mass, feed.enthalpy - drawn.enthalpy),
-        GasContent(line.mass - valve.supplied.mass, line.enthalpy - valve.supplied.enthalpy),
-        GasContent(pipe.mass - groove.mass, pipe.enthalpy - groove.enthalpy),
     )
+    groove, exhaust_back = ledger_flow(entering, FLOW_ENTRIES * CYLINDER), 0.0
+    for i in EXHAUSTS:
+        exhaust_back += max(0.0, -flows[i].mass)
     update_ledgers(
         dy,
         ControlLedger(line, valve.supplied, valve.vented, valve.work),
         Flow(valve.let_in.mass + let_in.mass, valve.let_in.enthalpy + let_in.enthalpy),
-        EngineLedger(flows, max(0.0, -groove.mass), max(0.0, -exhaust.mass), work),
+        EngineLedger(
+            groove,
+            ledger_flow(entering, FLOW_ENTRIES * OUTSIDE),
+            flows[FEED],
+            flows[PIPE_FEED],
+            max(0.0, -groove.mass),
+            exhaust_back,
+            work,
+        ),
     )
     if y.shape[0] > SIZE:
-        add_exergy_rates(p, t, y, mode, cylinder, receiver, intake, exchanged, terms, dy)
+        add_exergy_rates(p, t, y, mode, cylinder, receiver, intake, flows, terms, dy)
     return True
 
 
@@ -477,8 +518,8 @@ def observe_cycle(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, row: np.n
     """
     cylinder, slope = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
-    sides = exchange_sides(p, cylinder, receiver, intake_state(p, y, receiver))
-    flows = exchange_flows(p, y, mode, cylinder, sides)
+    ports, airs = ports_at(p, cylinder.angle, y, mode), airs_at(p, cylinder, receiver, intake_state(p, y, receiver))
+    flows = port_flows(p, mode, ports, airs)
     row[0], row[1] = cylinder.air.pressure, cylinder.air.temperature
     if p.engine.intake == EPV:
         valve = state_of(p.actuator, y, supply_of(p, y))
@@ -490,6 +531,8 @@ def observe_cycle(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, row: np.n
         row[3] = row[4] = row[5] = np.nan
         if p.engine.intake == CAM:
             row[2] = intake_lift(p, cylinder.angle, y, mode)
-    row[6] = flows.groove.mass + effect_terms(p, cylinder).past_groove.mass
+    row[6] = flows[GROOVE].mass + effect_terms(p, cylinder).past_groove.mass
     row[7] = indicated_power(cylinder.air.pressure, p.actuator.ambient.pressure, slope, 1.0)
-    row[8], row[9], row[10] = receiver.pressure, flows.exhaust.mass, cylinder.volume
+    row[8], row[9], row[10] = receiver.pressure, 0.0, cylinder.volume
+    for i in EXHAUSTS:
+        row[9] += flows[i].mass

@@ -6,9 +6,9 @@ import numpy as np
 
 from apesim.air import GasContent, GasState
 from apesim.effect import FedVolume, NoEffects
-from apesim.engine.cycle.exchange import FLOWS, Exchange
 from apesim.engine.cylinder import CylinderState, Engine
 from apesim.engine.effects import EngineLaws, EngineTables
+from apesim.engine.exhaust import Exhaust
 from apesim.engine.kinematics import Crank, cylinder_volume
 from apesim.kernel import kernel
 from apesim.restriction import Flow, Sides
@@ -31,13 +31,16 @@ from apesim.valve.line import before_solenoids
 from apesim.valve.ports import Ports
 from apesim.valve.supply import ValveSupply
 
-CYLINDER, RECEIVER = valve_actuator.STATES, valve_actuator.STATES + 2
-"""Elements of the state vector at which the gas of the cylinder and of the receiver begins."""
-STATES = RECEIVER + 2
+VOLUMES = "cylinder", "receiver", "line", "pipe"
+"""Volumes beside the valve's chambers whose gas is integrated, in the order of the state vector; the supply line and
+the intake pipe come last, as without these their gas is not controlled."""
+GAS_ENTRIES = len(GasContent._fields)
+"""Entries of a gas in the state vector: mass [kg] and internal energy [J]."""
+CYLINDER, RECEIVER, LINE, PIPE = (valve_actuator.STATES + GAS_ENTRIES * i for i in range(len(VOLUMES)))
+"""Elements of the state vector at which the gas of each of these volumes begins."""
+STATES = LINE
 """States that every engine has: of its valve, cylinder and receiver."""
-LINE, PIPE = STATES, STATES + 2
-"""Elements at which the gas of the supply line and of the intake pipe begins; without these it is not controlled."""
-LEDGER = PIPE + 2
+LEDGER = valve_actuator.STATES + GAS_ENTRIES * len(VOLUMES)
 """Element at which the ledger of the control air begins."""
 EFFECTS_LEDGER = LEDGER + CONTROL_ENTRIES
 """Element at which the ledger of what effects let in begins."""
@@ -48,26 +51,38 @@ ENGINE_LEDGER = EFFECTS_LEDGER + FLOW_ENTRIES
 class EngineLedger(NamedTuple):
     """Ledger of the engine air: sums since the start, or their rates."""
 
-    flows: Exchange[Flow]
-    """Net mass [kg] and enthalpy [J] through each flow of the gas exchange; the groove's with what passes beside it."""
+    groove: Flow
+    """Net mass [kg] and enthalpy [J] through the groove, with what passes beside it."""
+    exhaust: Flow
+    """Net, through the exhaust valves."""
+    feed: Flow
+    """Net, through the feed into the receiver."""
+    pipe: Flow
+    """Net, out of the receiver into the intake pipe; none where there is no pipe."""
     groove_back: float
     """Air that flowed back through the groove [kg]."""
     exhaust_back: float
-    """Air that flowed in through the exhaust valve [kg]."""
+    """Air that flowed in through the exhaust valves [kg]."""
     work: float
     """Work of the gas on the engine's piston [J]."""
 
 
-GROOVE_BACK = ENGINE_LEDGER + FLOW_ENTRIES * FLOWS
+GROOVE_BACK = ENGINE_LEDGER + FLOW_ENTRIES * sum(kind is Flow for kind in EngineLedger.__annotations__.values())
 EXHAUST_BACK, WORK, SIZE = range(GROOVE_BACK + 1, GROOVE_BACK + 4)
 """Elements of what stands behind the flows in the engine air's ledger; SIZE is how many a state vector has."""
+GROOVE, EXHAUST, EXHAUST_2, FEED, PIPE_FEED = range(5)
+"""Numbers of the ports of the gas exchange, see `apesim.engine.cycle.gas_exchange.port_at`."""
+PORTS = 5
+"""Number of these ports."""
+EXHAUSTS = EXHAUST, EXHAUST_2
+"""Ports that lead from the cylinder to what is behind the exhaust valves."""
 INTAKE_OPEN, LIFT, LIFT_SLOPE, BRANCHES, EXCHANGE = range(valve_actuator.MODES, valve_actuator.MODES + 5)
-MODES = EXCHANGE + FLOWS
+MODES = EXCHANGE + PORTS
 """Modes of a smooth segment, behind those of the valve.
 
 INTAKE_OPEN says whether the ideal valve is open. LIFT [m] and LIFT_SLOPE [m/rad] are the line of a cam's lift curve,
 from crank angle 0. BRANCHES holds the branches of the effects' laws. From EXCHANGE on they hold the regimes of the
-flows, in the order of `apesim.engine.cycle.exchange.Exchange`; MODES is how many modes there are."""
+flows through the ports, in their order; MODES is how many modes there are."""
 SCALE = valve_actuator.SCALE + 4 * (valve_actuator.GAS_SCALE,)
 """Scale of the error of each state beside its own size, without supply line and intake pipe."""
 
@@ -87,6 +102,8 @@ class Cycle(NamedTuple):
     """Volume of the receiver [m3]; 0: infinite."""
     engine: Engine
     """Keys of the engine, without its cam's curve, which is in the tables."""
+    exhausts: tuple[Exhaust, ...]
+    """Exhaust valves that the engine has; their number makes a kind of march."""
     crank: Crank
     """Dimensions of the slider-crank."""
     speed: float
@@ -174,25 +191,20 @@ def effects_ledger(y: np.ndarray) -> Flow:
 
 def engine_ledger(y: np.ndarray) -> EngineLedger:
     """Read the ledger of the engine air from a state vector of the engine (SIZE,), or its rates."""
-    flows = Exchange(*(ledger_flow(y, ENGINE_LEDGER + FLOW_ENTRIES * flow) for flow in range(FLOWS)))
-    return EngineLedger(flows, y[GROOVE_BACK], y[EXHAUST_BACK], y[WORK])
+    flows = (ledger_flow(y, first) for first in range(ENGINE_LEDGER, GROOVE_BACK, FLOW_ENTRIES))
+    return EngineLedger(*flows, y[GROOVE_BACK], y[EXHAUST_BACK], y[WORK])
 
 
 @kernel
-def update_states(
-    y: np.ndarray,
-    valve: ValveStates | np.ndarray,
-    cylinder: GasContent,
-    receiver: GasContent,
-    line: GasContent,
-    pipe: GasContent,
-) -> None:
-    """Write the states of an engine, or their rates, into its state vector `y` (SIZE,); `valve` as an array is (6,)."""
+def update_states(y: np.ndarray, valve: ValveStates | np.ndarray, gases: tuple[GasContent, ...]) -> None:
+    """Write the states of an engine, or their rates, into its state vector `y` (SIZE,); `valve` as an array is (6,).
+
+    `gases` are those of `VOLUMES`, in their order.
+    """
     update_part(y, 0, valve)
-    update_part(y, CYLINDER, cylinder)
-    update_part(y, RECEIVER, receiver)
-    update_part(y, LINE, line)
-    update_part(y, PIPE, pipe)
+    for i in range(len(VOLUMES)):
+        first, gas = valve_actuator.STATES + GAS_ENTRIES * i, gases[i]
+        y[first], y[first + 1] = gas.mass, gas.energy
 
 
 @kernel
@@ -203,7 +215,7 @@ def update_ledgers(y: np.ndarray, control: ControlLedger, let_in: Flow, engine: 
     """
     update_control_ledger(y, LEDGER, control)
     update_part(y, EFFECTS_LEDGER, let_in)
-    update_flows(y, ENGINE_LEDGER, engine.flows)
+    update_flows(y, ENGINE_LEDGER, (engine.groove, engine.exhaust, engine.feed, engine.pipe))
     y[GROOVE_BACK], y[EXHAUST_BACK], y[WORK] = engine.groove_back, engine.exhaust_back, engine.work
 
 

@@ -7,6 +7,7 @@ from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
     from apesim.engine.cycle.state import Cycle, CycleTables
+    from apesim.engine.exhaust import Exhaust
 
 
 class ExhaustRestriction(NamedTuple):
@@ -50,9 +51,11 @@ def adjust(effect: ExhaustRestriction, cycle: "Cycle", tables: "CycleTables") ->
     >>> round(smaller.engine.exhaust.effective_area / cycle.engine.exhaust.effective_area, 9)
     0.8
     """
-    engine = cycle.engine
-    exhaust = engine.exhaust._replace(effective_area=(1.0 - effect.share) * engine.exhaust.effective_area)
-    return cycle._replace(engine=engine._replace(exhaust=exhaust)), tables
+
+    def narrow(valve: "Exhaust") -> "Exhaust":
+        return valve._replace(effective_area=(1.0 - effect.share) * valve.effective_area)
+
+    return cycle._replace(engine=cycle.engine.replace_exhausts(narrow)), tables
 
 
 EFFECT = Effect(

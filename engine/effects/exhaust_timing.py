@@ -7,6 +7,7 @@ from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
     from apesim.engine.cycle.state import Cycle, CycleTables
+    from apesim.engine.exhaust import Exhaust
 
 
 class ExhaustTiming(NamedTuple):
@@ -17,10 +18,11 @@ class ExhaustTiming(NamedTuple):
 
 def adjust(effect: ExhaustTiming, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
     """Turn the exhaust cam, so that both ends of its window come later by one angle."""
-    engine = cycle.engine
-    opens, closes = engine.exhaust.opens + effect.angle, engine.exhaust.closes + effect.angle
-    exhaust = engine.exhaust._replace(opens=opens, closes=closes)
-    return cycle._replace(engine=engine._replace(exhaust=exhaust)), tables
+
+    def turn(valve: "Exhaust") -> "Exhaust":
+        return valve._replace(opens=valve.opens + effect.angle, closes=valve.closes + effect.angle)
+
+    return cycle._replace(engine=cycle.engine.replace_exhausts(turn)), tables
 
 
 EFFECT = Effect(

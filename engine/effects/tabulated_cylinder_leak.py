@@ -6,8 +6,8 @@ import numpy as np
 
 from apesim.cubic_table import interpolate_periodic, table
 from apesim.effect import Effect, law
-from apesim.engine.breathing import exhaust_area
 from apesim.engine.cylinder import BRANCH, ENERGY, GROOVE_ENERGY, GROOVE_MASS, MASS, CylinderState
+from apesim.engine.exhaust import exhaust_area
 from apesim.kernel import kernel
 from apesim.leak import leak
 from apesim.quantities import Quantity
@@ -35,7 +35,7 @@ def tabulated_cylinder_leak(effect: tuple[float, ...], state: CylinderState, bal
     """Add the flows through tabulated areas: out of the cylinder, and from before the groove into it.
 
     ``mdot = S(phi) psi(r) p/sqrt(R T)`` (Eq. 7 of the EPV paper, doi 10.1631/jzus.A0820373), with the effective area S
-    at the crank angle phi. An area above zero leads to ambient; one below zero is taken off the exhaust valve's, of
+    at the crank angle phi. An area above zero leads to ambient; one below zero is taken off the exhaust valves', of
     which it leaves no less than nothing.
 
     Parameters
@@ -68,7 +68,8 @@ def tabulated_cylinder_leak(effect: tuple[float, ...], state: CylinderState, bal
     turns = 0.5 * state.angle / pi
     out = interpolate_periodic(effect[:12], 12.0 * turns)
     if out < 0.0:
-        taken = min(-out, exhaust_area(state.engine.exhaust, state.angle))
+        open_area = exhaust_area(state.engine.exhaust, state.angle) + exhaust_area(state.engine.exhaust_2, state.angle)
+        taken = min(-out, open_area)
         held = leak(state.gas, taken, Sides(state.air, state.behind_exhaust), balance, BRANCH)
         balance[MASS] += held.mass
         balance[ENERGY] += held.enthalpy

@@ -240,7 +240,7 @@ class _EngineRun:
         if not self.failed and len(shown) > len(traces):
             control, engine = control_ledger(run.end), engine_ledger(run.end)
             brake = engine.work - friction_pressure(run, peak_pressure(run)) * swept_volume(run.cycle.engine)
-            means = {"torque": brake / TURN, "air_flow": (engine.flows.groove.mass + control.supplied.mass) / period}
+            means = {"torque": brake / TURN, "air_flow": (engine.groove.mass + control.supplied.mass) / period}
             shown |= {name: means[name] for name in MEANS if name in shown}
         return shown
 
@@ -307,7 +307,9 @@ def _engine_marks(machine: Machine, run: SteadyRun) -> dict[str, float]:
             "groove_closes": "valve_close_deg",
         }
         marks = NEVER | {mark: (angles[name] * DEGREE - p.start) / p.speed for mark, name in named.items()}
-    exhaust = {
-        f"exhaust_{name}": (getattr(p.engine.exhaust, name) - p.start) % TURN / p.speed for name in ("opens", "closes")
-    }
+    # The exhaust lasts from the first valve's opening to the last one's closing.
+    opens, closes = (
+        [(getattr(valve, name) - p.start) % TURN / p.speed for valve in p.exhausts] for name in ("opens", "closes")
+    )
+    exhaust = {"exhaust_opens": min(opens), "exhaust_closes": max(closes)}
     return {"energise": 0.0, "release": release} | marks | exhaust

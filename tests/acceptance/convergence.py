@@ -52,7 +52,7 @@ def cycle_at(speed):
         angle = (p.start + speed * time) / DEGREE
         met = {name: angle[code == which] for name, which in (("open", MET_OPEN), ("closed", MET_CLOSED))}
         ledger = cycle_state.engine_ledger(y)
-        return {"work of the cycle": ledger.work, "air of the cycle": ledger.flows.groove.mass} | {
+        return {"work of the cycle": ledger.work, "air of the cycle": ledger.groove.mass} | {
             f"angle of contact, {name}": angles[0] for name, angles in met.items() if len(angles)
         }
 

@@ -120,7 +120,7 @@ def _work(run: SteadyRun) -> float:
 
 
 def _air(run: SteadyRun) -> float:
-    return engine_ledger(run.end).flows.groove.mass
+    return engine_ledger(run.end).groove.mass
 
 
 def _off(value: float, true: float) -> float:

@@ -40,7 +40,7 @@ def machines(draw):
 
 def ideal_work(law, a_machine, run):
     """Work by a law of `apesim.engine.ideal_work`, of all the air that the engine takes from the supply [J]."""
-    air = engine_ledger(run.end).flows.groove.mass
+    air = engine_ledger(run.end).groove.mass
     if run.cycle.control_from_receiver:
         air += control_ledger(run.end).supplied.mass
     supply = a_machine.supply

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from apesim.engine.angles import DEGREE
-from apesim.engine.breathing import raised_cosine
+from apesim.engine.cam import raised_cosine
 from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.effects.tabulated_cylinder_heat import TabulatedCylinderHeat

@@ -8,8 +8,7 @@ from scipy.optimize import brentq
 
 from apesim.air import HOTTEST, THERMALLY_PERFECT
 from apesim.engine.angles import DEGREE
-from apesim.engine.cycle.exchange import EXHAUST
-from apesim.engine.cycle.state import ENGINE_LEDGER, engine_ledger
+from apesim.engine.cycle.state import ENGINE_LEDGER, EngineLedger, engine_ledger
 from apesim.engine.indicators import indicators
 from apesim.engine.steady import run_steady
 from apesim.engine.warnings import SUMMARIES, EngineWarning, judge_point
@@ -21,6 +20,9 @@ from apesim.valve.ledger import FLOW_ENTRIES
 from apesim.valve.measures import Travel
 from apesim.valve.warnings import TRAVEL_TEXTS, BenchWarning, judge_bench
 from tests.machines import RPM, machine, settled
+
+EXHAUST = EngineLedger._fields.index("exhaust")
+"""Place of the exhaust's flow in the engine air's ledger."""
 
 HOT_WALLS = {
     "intake": "ideal",

@@ -5,7 +5,6 @@ import pytest
 
 from apesim.air import GasContent
 from apesim.engine.cycle import state as cycle
-from apesim.engine.cycle.exchange import Exchange
 from apesim.restriction import Flow
 from apesim.valve import bench
 from apesim.valve.ledger import (
@@ -25,8 +24,8 @@ def test_the_engine_s_parts_fill_its_vector_without_a_gap_or_an_overlap():
     y = np.full(cycle.SIZE, np.nan)
     volumes = tuple(GasContent(first, first + 1.0) for first in (6.0, 8.0, 10.0, 12.0))
     valve, control, let_in = ValveStates(*range(6)), CONTROL, Flow(27.0, 28.0)
-    engine = cycle.EngineLedger(Exchange(*(Flow(first, first + 1.0) for first in (30.0, 32.0, 34.0, 36.0))), 38, 39, 40)
-    cycle.update_states(y, valve, *volumes)
+    engine = cycle.EngineLedger(*(Flow(first, first + 1.0) for first in (30.0, 32.0, 34.0, 36.0)), 38, 39, 40)
+    cycle.update_states(y, valve, volumes)
     cycle.update_ledgers(y, control, let_in, engine)
     assert not np.isnan(y).any()
     assert len(set(y)) == cycle.SIZE

@@ -163,7 +163,7 @@ def _find_highest_pressure(machine: Machine, run: MeasuredRun, channel: str) -> 
     if channel != "cylinder_pressure":
         return supply
     engine = machine.engine
-    trapped, _ = cylinder_volume(crank_of(engine), engine.exhaust.closes - engine.exhaust.flank)
+    trapped = min(cylinder_volume(crank_of(engine), valve.closes - valve.flank)[0] for valve in engine.exhausts)
     ratio = trapped / clearance_volume(engine)
     return max(supply, machine.ambient.pressure * ratio**machine.air.heat_capacity_ratio)
 

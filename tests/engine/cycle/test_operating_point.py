@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from apesim.engine.angles import DEGREE
-from apesim.engine.breathing import cam_corners
+from apesim.engine.cam import cam_corners
 from apesim.engine.cycle.operating_point import NOT_HELD, accuracy_at, charged_at_rest, cycle_of, with_exergy
 from apesim.engine.cycle.state import CYLINDER, RECEIVER, SIZE
 from apesim.engine.exergy import RATES

@@ -10,7 +10,7 @@ import xarray
 from apesim.archive import write
 from apesim.archive.inspection import verify
 from apesim.engine.angles import DEGREE
-from apesim.engine.breathing import lift_crossings
+from apesim.engine.cam import lift_crossings
 from apesim.engine.cycle.rates import TRACE
 from apesim.engine.exergy import TERMS
 from apesim.engine.indicators import indicators

@@ -1,7 +1,7 @@
-"""Breathing of the cylinder: the cam of the intake, the exhaust valve, and the receiver before the groove."""
+"""Cams: the window in which a cam opens a valve, and the cam of the intake in place of the electro-pneumatic valve."""
 
 from collections.abc import Iterator
-from math import acos, cos, inf, isnan, nan, pi
+from math import acos, cos, isnan, nan, pi
 from typing import Annotated, NamedTuple, Protocol
 
 import numpy as np
@@ -11,8 +11,6 @@ from apesim.kernel import kernel
 from apesim.quantities import NO_CURVE, Curve, Quantity
 from apesim.valve.groove import piece_line, piece_of
 
-MAX_VOLUME = 1.0
-"""Largest finite volume of the receiver [m3]; measured: up to here a periodic state is found within 2e-6."""
 MAX_ROWS = 2000
 """Most rows of a cam's lift curve: every row ends a step of the march, so more rows cost time only."""
 MAX_LIFT = 0.1
@@ -38,9 +36,9 @@ class Window(Protocol):
 def window_faults(window: Window) -> Iterator[tuple[str, str, str]]:
     """Find what is wrong with a window that a cam opens, beyond the ranges of its single keys: key, wrong, right.
 
-    >>> list(window_faults(Exhaust()))
+    >>> list(window_faults(Cam()))
     []
-    >>> list(window_faults(Exhaust(opens=1.0, closes=1.0)))
+    >>> list(window_faults(Cam(opens=1.0, closes=1.0)))
     [('closes', 'is the angle at which it opens', 'an angle after it')]
     """
     duration = (window.closes - window.opens) % TURN
@@ -111,34 +109,6 @@ class Cam(NamedTuple):
         return self._replace(lift=stroke) if isnan(self.lift) else self
 
 
-class Exhaust(NamedTuple):
-    """Exhaust valve, driven by a cam with raised-cosine flanks."""
-
-    effective_area: Annotated[float, Quantity("mm^2", 0.1, 10000, "chosen")] = 500.0e-6
-    opens: Annotated[float, Quantity("deg", -360, 720, "chosen")] = 165.0 * DEGREE
-    closes: Annotated[float, Quantity("deg", -360, 720, "chosen")] = 340.0 * DEGREE
-    flank: Annotated[float, Quantity("deg", 0.1, 180, "chosen; raised cosine, inside the window")] = 25.0 * DEGREE
-
-    def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the exhaust valve's window, see `window_faults`: key, wrong, right."""
-        return window_faults(self)
-
-
-class Receiver(NamedTuple):
-    """Receiver: the vessel between regulator and groove, from which the engine breathes."""
-
-    volume: Annotated[
-        float, Quantity("L", 0.01, inf, 'chosen; "inf": intake pressure is constant, there is no receiver')
-    ] = 1.0e-3
-    feed_area: Annotated[float, Quantity("mm^2", 0.1, 10000, "chosen; from the regulator, effective")] = 200.0e-6
-
-    def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the receiver, beyond the ranges of its single keys: key, wrong, right."""
-        if MAX_VOLUME < self.volume < inf:
-            wrong = "is so large that its pressure takes millions of cycles to settle"
-            yield "volume", wrong, f'at most {MAX_VOLUME * 1e3:g} L, or "inf"'
-
-
 @kernel
 def within_turn(angle: float) -> float:
     """Bring an angle [rad] into the turn from 0 to 2 pi, ``phi - 2 pi floor(phi/(2 pi))``."""
@@ -182,32 +152,6 @@ def raised_cosine(angle: float, opens: float, closes: float, flank: float) -> fl
     if near >= flank:
         return 1.0
     return 0.5 * (1.0 - cos(pi * near / flank))
-
-
-@kernel
-def exhaust_area(valve: Exhaust, angle: float) -> float:
-    """Effective area of the exhaust valve at a crank angle.
-
-    ``S(phi) = S_full x(phi)``, with the share x of `raised_cosine`. Chosen.
-
-    Parameters
-    ----------
-    valve : Exhaust
-        Keys of the exhaust valve.
-    angle : float
-        Crank angle phi [rad].
-
-    Returns
-    -------
-    float
-        Effective area [m2].
-
-    Examples
-    --------
-    >>> print([round(exhaust_area(Exhaust(), angle * DEGREE) * 1e6, 6) for angle in (0.0, 177.5, 250.0)])
-    [0.0, 250.0, 500.0]
-    """
-    return valve.effective_area * raised_cosine(angle, valve.opens, valve.closes, valve.flank)
 
 
 def window_corners(window: Window) -> np.ndarray:

@@ -8,10 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from apesim.engine.angles import DEGREE, TURN
-from apesim.engine.breathing import (
+from apesim.engine.cam import (
     MAX_ROWS,
     Cam,
-    Exhaust,
     cam_angles,
     cam_corners,
     lift_crossings,
@@ -20,6 +19,7 @@ from apesim.engine.breathing import (
     window_corners,
     within_turn,
 )
+from apesim.engine.exhaust import Exhaust
 
 ANGLES = st.floats(-720.0, 1080.0).map(lambda degrees: degrees * DEGREE)
 
