@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from math import nan
 from os import PathLike
 from pathlib import Path
@@ -14,6 +15,7 @@ from apesim.archive.grid import words_of
 from apesim.quantities import InputError
 from apesim.results import Result, Scalar, Trace, name_of
 from apesim.studies.calls import public
+from apesim.studies.result_kinds import KINDS, kind_of
 
 if TYPE_CHECKING:
     import pandas
@@ -85,11 +87,6 @@ class ArchiveResult(Result):
             failed=failed,
             **more,
         )
-
-    @classmethod
-    def _holds(cls, archive: Archive) -> bool:
-        """Judge whether an archive is one of this kind."""
-        return True
 
     @classmethod
     def _recorded(cls, archive: Archive) -> dict[str, Any]:
@@ -263,7 +260,7 @@ def result_of(archive: Archive) -> ArchiveResult:
     Returns
     -------
     ArchiveResult
-        Result of one of `result_kinds`; a bare one where it is none of them, or cannot be read as one.
+        Result of its kind, see `KINDS`; a bare one where it has none, or cannot be read as that.
 
     Examples
     --------
@@ -272,39 +269,20 @@ def result_of(archive: Archive) -> ArchiveResult:
     >>> result_of(Archive("", {}, {"run": run_axis(2), "torque": torque})).traces["torque"]
     <Trace [N m] over 2 run, 2.5 to 3>
     """
-    kind = next((kind for kind in result_kinds() if kind._holds(archive)), ArchiveResult)
+    kind = kind_of(archive.variables, archive.provenance)
+    if kind not in KINDS:
+        return _bare(archive, f"a kind that this version of apesim does not know: {kind!r}" if kind else "")
+    module, name = KINDS[kind].split(":")
+    result_class: type[ArchiveResult] = getattr(import_module(module), name)
     try:
-        return kind.of(archive, **kind._recorded(archive))
+        return result_class.of(archive, **result_class._recorded(archive))
     except (KeyError, ValueError, IndexError, TypeError, InputError) as error:  # whoever wrote it
         why = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
-        warning = f"not read as what it seems to be, {kind.title}, as something is missing or odd in it: {why}"
-        plain = ArchiveResult.of(archive)
-        return replace(plain, warnings=(*plain.warnings, warning))
+        told = f"not read as what it seems to be, {result_class.title}, as something is missing or odd in it: {why}"
+        return _bare(archive, told)
 
 
-def result_kinds() -> tuple[type[ArchiveResult], ...]:
-    """List the classes of results that archives are written from: each knows its own, and how it is read, drawn, told.
-
-    Returns
-    -------
-    tuple of type
-        Classes with ``_holds``, which judges whether an archive is one of theirs; a new kind is one more entry.
-
-    Examples
-    --------
-    >>> [kind.__name__ for kind in result_kinds()][:3]
-    ['Sweep', 'ValveMap', 'ValveLimit']
-    """
-    from apesim.studies.assessment.comparison import ValveAssessment
-    from apesim.studies.limit.engine_limit_map import EngineLimitMap
-    from apesim.studies.limit.valve_limit import ValveLimit
-    from apesim.studies.optimise.optimisation import OptimalCommands
-    from apesim.studies.soft_landing.study import SoftLanding
-    from apesim.studies.sweep.study import Sweep
-    from apesim.studies.timing.correction import CorrectedTiming
-    from apesim.studies.valve_map import ValveMap
-
-    return (
-        *(Sweep, ValveMap, ValveLimit),
-        *(EngineLimitMap, CorrectedTiming, OptimalCommands, ValveAssessment, SoftLanding),
-    )
+def _bare(archive: Archive, warning: str) -> ArchiveResult:
+    """Make a result that knows no more than the variables, and warns why."""
+    plain = ArchiveResult.of(archive)
+    return replace(plain, warnings=(*plain.warnings, warning)) if warning else plain

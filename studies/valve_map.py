@@ -91,7 +91,7 @@ def compute_map(
     for name, (number, unit, description) in TRACES.items():
         traces = np.stack([run.trace[:, number] for run in runs])
         variables[name] = Variable(("run", "time"), traces, unit, description)
-    provenance = {"command": command, "kernels": sources_hash(), "pulse_s": repr(pulse)}
+    provenance = {"kind": "valve map", "command": command, "kernels": sources_hash(), "pulse_s": repr(pulse)}
     return Archive(dumps(machine), provenance, variables)
 
 
@@ -117,11 +117,6 @@ class ValveMap(ArchiveResult):
     """Bench runs of the valve over pressure and temperature of its control air."""
 
     title: ClassVar[str] = "the valve over pressure and temperature"
-
-    @classmethod
-    def _holds(cls, archive: Archive) -> bool:
-        """Judge whether an archive is that of a map of the valve."""
-        return "pulse_s" in archive.provenance and "opening_delay_s" in archive.variables
 
     @classmethod
     def _faults_of(cls, archive: Archive) -> Iterable[str]:

@@ -2,7 +2,7 @@
 
 Runs are the leading axis of every result. The layout needs no apesim to be understood::
 
-    /                    attributes Conventions, title, source, history, format, format_version, content_sha256
+    /                    attributes Conventions, title, source, history, kind, format, format_version, content_sha256
     /run                 run numbers, the leading axis
     /NAME                one dataset for each variable or axis; attributes units, long_name, axes and others of
                          `apesim.archive.conventions`
@@ -34,7 +34,7 @@ from apesim.archive.digests import DIGESTS, ROOT_DIGEST, Attribute, dataset_dige
 from apesim.archive.errors import ArchiveError, DamagedError, IncompleteError
 from apesim.archive.loading import check_digest, load_about, load_digests, load_stored, opened, variable_of
 from apesim.archive.migration import migrate
-from apesim.archive.records import FLAG_ATTRIBUTES, FORMAT, FORMAT_VERSION, Archive, Variable, sha256, validate
+from apesim.archive.records import FLAG_ATTRIBUTES, FORMAT, FORMAT_VERSION, KIND, Archive, Variable, sha256, validate
 from apesim.archive.surroundings import surroundings
 from apesim.archive.untrusted import SIZE_LIMIT, damage_named
 from apesim.archive.writing import write_file
@@ -122,7 +122,9 @@ def _image(archive: Archive) -> memoryview:
             )
         listed = digest_list(digests)
         _add(file, DIGESTS, np.array([listed]), {})
-        for key, value in (about | {ROOT_DIGEST: root_digest(about, listed)}).items():
+        digest = {ROOT_DIGEST: root_digest(about, listed)}
+        kind = {KIND: archive.provenance[KIND]} if KIND in archive.provenance else {}  # its digest is the provenance's
+        for key, value in (about | kind | digest).items():
             _set_attribute(file, key, value)
         for name, variable in archive.variables.items():
             if variable.dims == (name,):

@@ -22,6 +22,7 @@ from apesim.archive.migration import FIRST_WITH_COORDINATES
 from apesim.archive.records import (
     ATTRIBUTES,
     FIRST_WITH_DIGESTS,
+    KIND,
     ROOT_ATTRIBUTES,
     Variable,
     check_variable,
@@ -188,7 +189,7 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
 def _known_attributes(file: Any) -> dict[str, Sequence[str]]:
     """Attributes that the root and the groups of an archive may have, by name of the group, "" of the root."""
     version = int(file.attrs["format_version"])
-    root = ROOT_ATTRIBUTES if version >= FIRST_WITH_COORDINATES else ("format", "format_version")
+    root = (*ROOT_ATTRIBUTES, KIND) if version >= FIRST_WITH_COORDINATES else ("format", "format_version")
     return {"": (*root, *[ROOT_DIGEST] * (version >= FIRST_WITH_DIGESTS)), "about": ()}
 
 

@@ -24,6 +24,7 @@ from apesim.archive.records import (
     FLAG_ATTRIBUTES,
     FORMAT,
     FORMAT_VERSION,
+    KIND,
     ROOT_ATTRIBUTES,
     Variable,
     sha256,
@@ -160,6 +161,8 @@ def load_about(file: h5py.File, path: Path, digests: dict[str, str] | None) -> t
             raise ValueError("its machine_sha256 is not the hash of the machine text")
         if provenance.get("format_version") != str(file.attrs["format_version"]):
             raise ValueError("its format_version is not that of the file")
+        if KIND in file.attrs and _text(file.attrs, KIND) != provenance.get(KIND):
+            raise ValueError("its kind is not that of the file")
         check_digest(table, digests)
     with damage_named(path, "about/machine"):
         check_digest(text, digests)

@@ -21,6 +21,11 @@ ATTRIBUTES = tuple(sorted(FLAG_ATTRIBUTES + CODE_ATTRIBUTES + TEXT_ATTRIBUTES))
 """Attributes by which a dataset says what it is; ``dimensions`` stands for ``axes`` before format version 3."""
 ROOT_ATTRIBUTES = ("Conventions", "format", "format_version", "history", "source", "title")
 """Attributes by which a file says what it is; before format version 3 the format and its version alone."""
+KIND = "kind"
+"""Entry of the provenance, and attribute of the root, that says which study's results an archive holds.
+
+The root digest covers it with the provenance alone, so that programs from before there were kinds read the file.
+"""
 ATTRIBUTE_BYTES = 2**15
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.]{0,99}")

@@ -11,6 +11,7 @@ from apesim.engine.machine import Machine
 from apesim.results import Result, Scalar, needed
 from apesim.studies.archives.machines import differences_from
 from apesim.studies.calls import arguments_of, public
+from apesim.studies.result_kinds import kind_of
 
 if TYPE_CHECKING:
     import pandas
@@ -23,7 +24,7 @@ class ArchiveDescription(Result):
     Attributes
     ----------
     contents : dict
-        See `apesim.archive.inspection.info`: format, axes, variables, machine, provenance, missing runs.
+        See `apesim.archive.inspection.info`: format, axes, variables, machine, provenance, missing runs; and the kind.
     machine_differences : sequence of dict
         Keys in which it was made with another machine than the one that was given.
     """
@@ -177,6 +178,7 @@ def describe_archive(path: str | PathLike[str], *, machine: Machine | None = Non
     if machine is not None:
         arguments_of("describe_archive", machine)
     contents = info(path)
+    contents["kind"] = kind_of((variable["name"] for variable in contents["variables"]), contents["provenance"])
     planned = contents["runs_planned"]
     gaps = sum(last - first + 1 for first, last in contents["missing_runs"])
     scalars = {

@@ -33,11 +33,6 @@ class ValveAssessment(GridResult):
     axes: ClassVar[tuple[str, ...]] = ("speed_rpm",)
 
     @classmethod
-    def _holds(cls, archive: Archive) -> bool:
-        """Judge whether an archive is that of an assessment."""
-        return "timing" in archive.provenance and "brake_torque_lost_Nm" in archive.variables
-
-    @classmethod
     def _faults_of(cls, archive: Archive) -> Iterable[str]:
         """Write one line for each speed at which not all valves could be compared."""
         return faults_of_assessment(archive)

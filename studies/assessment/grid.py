@@ -100,7 +100,8 @@ def assess_speeds(
         "N m",
         f"largest change of the real valve's indicated torque from a cycle to the next, of {CYCLES}",
     )
-    return Archive(dumps(machine), {"command": command, "kernels": sources_hash(), "timing": timing}, variables)
+    provenance = {"kind": "engine assess", "command": command, "kernels": sources_hash(), "timing": timing}
+    return Archive(dumps(machine), provenance, variables)
 
 
 def _listed(meanings: Mapping[str, str]) -> str:

@@ -239,6 +239,7 @@ def map_engine_limit(
         if report:
             report(done + 1, len(grid))
     provenance = {
+        "kind": "engine limit",
         "command": command,
         "kernels": sources_hash(),
         "criterion": CRITERION,

@@ -47,11 +47,6 @@ class EngineLimitMap(GridResult):
         return find_pressure_axis(archive), "supply_temperature", "duration_deg"
 
     @classmethod
-    def _holds(cls, archive: Archive) -> bool:
-        """Judge whether an archive is that of limits of the engine."""
-        return {"limit_rpm", "duration_deg", "fails"} <= set(archive.variables)
-
-    @classmethod
     def _recorded(cls, archive: Archive) -> dict[str, Any]:
         """Find the target of the opening in the text of the machine, too."""
         open_target = read_recorded_machine(archive.machine).command.open_target

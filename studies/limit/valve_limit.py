@@ -275,6 +275,7 @@ def limit_map(
         "outcome": column(outcomes, "1", "what the search came to", OUTCOMES),
     }
     provenance = {
+        "kind": "valve limit",
         "command": command,
         "kernels": sources_hash(),
         "criterion": CRITERION,
@@ -304,11 +305,6 @@ class ValveLimit(ArchiveResult):
     """
 
     title: ClassVar[str] = "highest working rate of the valve"
-
-    @classmethod
-    def _holds(cls, archive: Archive) -> bool:
-        """Judge whether an archive is that of working limits of the valve."""
-        return "limit_hz" in archive.variables and "duty" in archive.variables
 
     @classmethod
     def _faults_of(cls, archive: Archive) -> Iterable[str]:

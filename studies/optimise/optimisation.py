@@ -48,11 +48,6 @@ class OptimalCommands(GridResult):
     optima: tuple[Optimum, ...] = field(kw_only=True)
 
     @classmethod
-    def _holds(cls, archive: Archive) -> bool:
-        """Judge whether an archive is that of the best commands."""
-        return "searched_energise" in archive.provenance and "fixed_energise_deg" in archive.variables
-
-    @classmethod
     def _recorded(cls, archive: Archive) -> dict[str, Any]:
         """Make the optima of the archive, too, and find what was asked for."""
         optima = optima_of(archive)

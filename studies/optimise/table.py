@@ -109,7 +109,13 @@ def archive_of(
     ranges = [(name, *ends, DEGREE, "deg") for name, ends in zip(FREE, (ENERGISE, DURATION), strict=False)]
     ranges += [(FREE[2], *pressures, 1.0, "Pa abs")] if pressures else []
     searched = {f"searched_{name}": f"{low / by:g} to {high / by:g} {unit}" for name, low, high, by, unit in ranges}
-    provenance = {"command": command, "kernels": sources_hash(), "criterion": CRITERION} | searched
+    provenance = {
+        "kind": "engine optimise",
+        "command": command,
+        "kernels": sources_hash(),
+        "criterion": CRITERION,
+        **searched,
+    }
     return Archive(dumps(machine), provenance, variables)
 
 

@@ -85,6 +85,7 @@ def archive_of(
 
     # What was asked for, with all digits: whoever reads the archive makes the same results of it.
     provenance = {
+        "kind": "valve soft-landing",
         "command": command,
         "kernels": sources_hash(),
         "dwell_s": repr(openings[0].task.dwell),

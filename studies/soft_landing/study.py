@@ -53,11 +53,6 @@ class SoftLanding(GridResult):
     strokes: tuple[Result, ...] = field(kw_only=True)
 
     @classmethod
-    def _holds(cls, archive: Archive) -> bool:
-        """Judge whether an archive is that of a study of soft landing."""
-        return {"dwell_s", "cost_s", "spacing_s"} <= set(archive.provenance)
-
-    @classmethod
     def _recorded(cls, archive: Archive) -> dict[str, Any]:
         """Make the strokes of the archive, too, and find what was asked for."""
         strokes = strokes_of(archive, read_recorded_machine(archive.machine))

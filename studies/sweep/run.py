@@ -100,6 +100,7 @@ def run_sweep(
     if not traces:
         settings["traces"] = False
     provenance = {
+        "kind": "engine sweep",
         "command": command,
         "plan_hash": plan_hash(text, settings | {"kernels": sources_hash()}),
         "kernels": sources_hash(),

@@ -58,11 +58,6 @@ class Sweep(ArchiveResult):
     made_by: str = field(default="", kw_only=True)
 
     @classmethod
-    def _holds(cls, archive: Archive) -> bool:
-        """Tell whether an archive is that of a sweep, by its variables and its provenance."""
-        return "actuation" in archive.variables and "axes" in archive.provenance
-
-    @classmethod
     def _faults_of(cls, archive: Archive) -> Iterable[str]:
         """Write one line for each point that is out of reach, failed or did not reach a periodic state."""
         return faults_of(archive)

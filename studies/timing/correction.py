@@ -46,11 +46,6 @@ class CorrectedTiming(GridResult):
         return "speed_rpm", find_pressure_axis(archive), "supply_temperature"
 
     @classmethod
-    def _holds(cls, archive: Archive) -> bool:
-        """Judge whether an archive is that of corrected commands."""
-        return "interpolation_error_rad" in archive.provenance and "advance_deg" in archive.variables
-
-    @classmethod
     def _recorded(cls, archive: Archive) -> dict[str, Any]:
         """Make the tables and laws of the archive, too."""
         machine = read_recorded_machine(archive.machine)

@@ -249,6 +249,7 @@ def map_timing(
 
     # The measured error goes with the archive, in which the centres themselves are not.
     provenance = {
+        "kind": "engine timing",
         "command": command,
         "kernels": sources_hash(),
         "criterion": CRITERION,

@@ -1,6 +1,7 @@
 """Each kind of result comes back from its archive, a pickle and a copy as what it was."""
 
 import copy
+import json
 import multiprocessing
 import pickle
 from dataclasses import replace
@@ -11,13 +12,17 @@ import numpy as np
 import pytest
 
 import apesim
+from apesim.archive import read
 from apesim.engine.machine import Machine
 from apesim.results import Scalar, Trace
-from apesim.studies.archive_result import ArchiveResult, result_kinds, result_of
+from apesim.studies.archive_result import ArchiveResult, result_of
 from apesim.studies.archives.machines import read_recorded_machine
 from apesim.studies.gap.example_bench import read_example
+from apesim.studies.result_kinds import KINDS, SIGNS, kind_of
 from tests.archive_samples import VERSION_1, VERSION_2, VERSION_2_SWEEP
+from tests.folders import SAMPLES
 
+VERSION_1_MAP = SAMPLES / "version_1_map.h5"
 PLACE = {"pressure": "1 MPa gauge", "temperature": "287 K"}
 STUDIES = {
     "Sweep": partial(apesim.sweep, speed="900 rpm, 1200 rpm", intake=["cam", "ideal"]),
@@ -66,7 +71,30 @@ def plain(data):
 
 
 def test_every_kind_of_archive_is_tried():
-    assert {kind.__name__ for kind in result_kinds()} == set(STUDIES)
+    assert {path.partition(":")[2] for path in KINDS.values()} == set(STUDIES) and set(SIGNS) == set(KINDS)
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_an_archive_without_a_kind_is_known_by_what_it_holds(name):
+    archive = found(name).archive
+    kind = archive.provenance["kind"]
+    assert KINDS[kind].endswith(f":{name}")
+    bare = {key: text for key, text in archive.provenance.items() if key != "kind"}
+    assert kind_of(archive.variables, bare) == kind
+    assert type(result_of(replace(archive, provenance=bare))).__name__ == name
+
+
+@pytest.mark.parametrize(("path", "kind"), [(VERSION_1_MAP, "valve map"), (VERSION_2_SWEEP, "engine sweep")])
+def test_the_kind_of_an_old_archive_is_told(apesim, path, kind):
+    assert "kind" not in read(path).provenance
+    assert json.loads(apesim("archive", "info", str(path), "--json")[1])["kind"] == kind
+    assert f"kind          {kind}\n" in apesim("archive", "info", str(path))[1]
+
+
+def test_a_kind_of_a_later_version_comes_back_bare_and_says_so():
+    archive = found("ValveMap").archive
+    later = result_of(replace(archive, provenance=archive.provenance | {"kind": "valve song"}))
+    assert type(later) is ArchiveResult and "does not know: 'valve song'" in later.warnings[-1]
 
 
 @pytest.mark.parametrize("name", STUDIES)

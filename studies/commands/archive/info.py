@@ -37,6 +37,7 @@ def show_info(common: Common, path: ArchivePath) -> int:
     if "shard" in data["provenance"] and data["provenance"]["shard"] != "1/1":
         planned += f", share {data['provenance']['shard']}"
     facts = [
+        *[("kind", data["kind"])] * bool(data["kind"]),
         ("format", f"{data['format']} {data['format_version']}"),
         ("content", digest_line(data["content_sha256"])),
         ("created", data["created"]),

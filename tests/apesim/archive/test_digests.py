@@ -133,6 +133,7 @@ CHANGES = {
     ),
     "no digests": (lambda f: f["about"].__delitem__("digests"), "about/digests"),
     "the root digest": (lambda f: f.attrs.create("content_sha256", np.bytes_("0" * 64), dtype="S64"), "about/digests"),
+    "the kind": (lambda f: f.attrs.create("kind", np.bytes_("valve map"), dtype="S9"), "about/provenance"),
 }
 
 
@@ -144,6 +145,13 @@ def test_what_was_changed_by_another_program_is_named(path, case):
     with pytest.raises(ArchiveError, match=rf"a\.h5: .*({name})"):
         read(path)
     assert verify(path)
+
+
+def test_a_kind_is_an_attribute_of_the_root_outside_its_digest(tmp_path):
+    path = write(sample(kind="engine sweep"), tmp_path / "a.h5")
+    with h5py.File(path) as file:
+        assert file.attrs["kind"] == b"engine sweep"
+    assert verify(path) == [] and by_the_recipe(path)[0] == read_digest(path)
 
 
 def test_an_archive_of_version_1_is_read_and_says_that_it_has_no_digests(tmp_path):
