@@ -16,7 +16,7 @@ the class says which numbers come first, and draws where there is something to d
 
         def plot(self, ax=None):
             '''Pressure over time; returns the axes.'''
-            from apesim.studies.figures.axes import axes_for  # draws on call only: results import no matplotlib
+            from apesim.studies.drawing.axes import axes_for  # draws on call only: results import no matplotlib
 
             ax = axes_for(ax)
             ax.plot(self.traces["time"], self.traces["pressure"])

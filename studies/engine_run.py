@@ -123,7 +123,7 @@ class EngineRun(Result):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('crank angle after TDC [deg]', 'cylinder pressure [MPa abs]')
         """
-        from apesim.studies.figures.axes import axes_for
+        from apesim.studies.drawing.axes import axes_for
 
         ax = axes_for(ax)
         ax.plot(self.traces["crank_angle_deg"], self.traces["cylinder_pressure"].values / 1e6)
@@ -153,7 +153,7 @@ class EngineRun(Result):
         >>> round(float(max(axes.lines[0].get_ydata())), 3), axes.get_ylabel()
         (9.0, 'lift [mm]')
         """
-        from apesim.studies.figures.axes import axes_for
+        from apesim.studies.drawing.axes import axes_for
 
         ax = axes_for(ax)
         ax.plot(self.traces["crank_angle_deg"], self.traces["lift"].values * 1e3)
@@ -180,7 +180,7 @@ class EngineRun(Result):
         >>> run.plot_indicator_diagram().get_xlabel()
         'cylinder volume [cm³]'
         """
-        from apesim.studies.figures.axes import axes_for
+        from apesim.studies.drawing.axes import axes_for
 
         ax = axes_for(ax)
         ax.plot(self.traces["cylinder_volume"].values * 1e6, self.traces["cylinder_pressure"].values / 1e6)

@@ -112,9 +112,9 @@ class MeasuredCheck:
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('time [ms]', 'lift [mm]')
         """
-        from apesim.studies.figures.axes import axes_for
-        from apesim.studies.figures.drawing.panels import add_legend
-        from apesim.studies.figures.measured import draw_channel
+        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.panels import add_legend
+        from apesim.studies.measured.figures import draw_channel
 
         runs = [number for number, each in enumerate(self.measured.runs) if each.channels]
         found = [finding.run for finding in self.findings if finding.run in runs]
@@ -159,7 +159,7 @@ class MeasuredCheck:
         ...     [path.name for path in check.write(folder)]
         ['runs_1.png', 'runs_1.pdf']
         """
-        from apesim.studies.figures.measured import measured_figures
+        from apesim.studies.measured.figures import measured_figures
         from apesim.studies.output import make_folder
 
         make_folder(folder, overwrite)

@@ -177,8 +177,8 @@ def plot_over_pressure(
     Without `ax` in a new figure; `groups` has the runs of each line by its label, where the temperature alone does not
     tell them apart.
     """
-    from apesim.studies.figures.axes import axes_for
-    from apesim.studies.figures.drawing.panels import add_legend
+    from apesim.studies.drawing.axes import axes_for
+    from apesim.studies.drawing.panels import add_legend
 
     ax, trace = axes_for(ax), result.traces[name]
     pressures, temperatures = (result.traces[f"supply_{axis}"].values for axis in ("pressure", "temperature"))

@@ -128,7 +128,7 @@ class ValveRun(Result):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('time after the solenoids are energised [ms]', 'lift [mm]')
         """
-        from apesim.studies.figures.axes import axes_for
+        from apesim.studies.drawing.axes import axes_for
 
         ax = axes_for(ax)
         ax.plot(self.traces["time"].values * 1e3, self.traces["lift"].values * 1e3)
@@ -156,8 +156,8 @@ class ValveRun(Result):
         >>> [line.get_label() for line in axes.lines]
         ['chamber A', 'chamber B']
         """
-        from apesim.studies.figures.axes import axes_for
-        from apesim.studies.figures.drawing.panels import add_legend
+        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.panels import add_legend
 
         ax = axes_for(ax)
         for letter in "ab":

@@ -1,8 +1,8 @@
 """The EPV paper (doi 10.1631/jzus.A0820373), judged claim by claim: statement, numbers, verdict, range of areas."""
 
 import apesim
-from apesim.studies.figures.paper import paper_figures
 from apesim.studies.paper.claims.claim import range_in_words
+from apesim.studies.paper.figures import paper_figures
 from apesim.studies.paper.friction.friction_map import PAPERS
 from apesim.studies.paper.friction.statements import STATEMENTS
 from docs.results import HERE, Number, Table

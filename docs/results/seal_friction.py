@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 import apesim
-from apesim.studies.figures.drawing.panels import label_axes, open_panels
-from apesim.studies.figures.drawing.style import BLUE, GREY, RED
+from apesim.studies.drawing.panels import label_axes, open_panels
+from apesim.studies.drawing.style import BLUE, GREY, RED
 from apesim.studies.measured import read_measured
 from docs.results import Number, Table
 

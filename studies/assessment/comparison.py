@@ -66,7 +66,7 @@ class ValveAssessment(GridResult):
         return {"points": points_of(self.archive), "faults": list(self.failed), "warnings": list(self.warnings)}
 
     def _draw(self, folder: str | PathLike[str]) -> list[Path]:
-        from apesim.studies.figures.assessment import assessment_figures
+        from apesim.studies.assessment.figures import assessment_figures
 
         return assessment_figures(self.archive, folder)
 
@@ -90,9 +90,9 @@ class ValveAssessment(GridResult):
         >>> axes.get_ylabel()
         'brake torque lost [N m]'
         """
-        from apesim.studies.figures.assessment import draw_losses
-        from apesim.studies.figures.axes import axes_for
-        from apesim.studies.figures.drawing.panels import add_legend
+        from apesim.studies.assessment.figures import draw_losses
+        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.panels import add_legend
 
         ax = axes_for(ax)
         draw_losses(ax, self.archive, "brake_torque_lost_Nm")

@@ -5,7 +5,7 @@ and nothing once half the band is too wide a share of the area at full opening; 
 
 In the order in which they build on one another: vessel (the law), records (the tests), area (the fit and its band),
 wall (the heat that it gives), opening (the curve), collapse (of the curves of several tests), evaluation, summary
-(table and JSON), effective_area (the result).
+(table and JSON), effective_area (the result), figures.
 """
 
 from apesim.studies.discharge.area import fit_area

@@ -154,7 +154,7 @@ class EffectiveArea(Result):
         ['pressure.png', 'pressure.pdf', 'effective_area.png', 'effective_area.pdf']
         >>> folder.cleanup()
         """
-        from apesim.studies.figures.discharge import discharge_figures
+        from apesim.studies.discharge.figures import discharge_figures
 
         return discharge_figures(self.vessel, self.evaluation, folder)
 
@@ -185,7 +185,7 @@ class EffectiveArea(Result):
         'effective area [mm²]'
         >>> folder.cleanup()
         """
-        from apesim.studies.figures.axes import axes_for
+        from apesim.studies.drawing.axes import axes_for
 
         ax = axes_for(ax)
         milliseconds = 1e3 * self.traces["time"].values

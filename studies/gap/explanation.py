@@ -273,7 +273,7 @@ class Explanation:
         ...     sorted(path.name for path in Path(folder).iterdir())
         ['figures', 'machine.toml', 'petab_select', 'report.html', 'sensors.toml', 'verdict.json']
         """
-        from apesim.studies.figures.gap import draw_gap
+        from apesim.studies.gap.figures import draw_gap
         from apesim.studies.gap.report.comparison import compare_signals
         from apesim.studies.gap.report.html import compare_candidates, describe_added, render_page
 
@@ -338,10 +338,10 @@ class Explanation:
         >>> axes.get_title(), axes.get_ylabel()
         ('0.60 MPa gauge, 40 ms, never used', 'model less measured lift [sigmas of the noise]')
         """
-        from apesim.studies.figures.axes import axes_for
-        from apesim.studies.figures.drawing.panels import add_legend
-        from apesim.studies.figures.gap.looks import WORDS
-        from apesim.studies.figures.gap.overlays import draw_left
+        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.panels import add_legend
+        from apesim.studies.gap.figures.looks import WORDS
+        from apesim.studies.gap.figures.overlays import draw_left
         from apesim.studies.gap.report.comparison import compare_signals, find_display, select_worst
         from apesim.studies.gap.report.html import describe_added
 

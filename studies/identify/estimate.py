@@ -118,9 +118,9 @@ class Fit(Result):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('time after the command [ms]', 'lift [mm]')
         """
-        from apesim.studies.figures.axes import axes_for
-        from apesim.studies.figures.drawing.panels import add_legend
-        from apesim.studies.figures.identify import draw_run, list_drawable
+        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.panels import add_legend
+        from apesim.studies.identify.figures import draw_run, list_drawable
 
         runs = list_drawable(self)
         chosen = [one for one in runs if run in (None, one.data)]

@@ -32,7 +32,7 @@ def write_fit(fit: "Fit", folder: str | PathLike[str], *, overwrite: bool = Fals
     paths = [folder / "fit.json", folder / "machine.toml"]
     write_file(paths[0], json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     write_file(paths[1], _machine_text(fit, lineage, folder))
-    from apesim.studies.figures.identify import fit_figures
+    from apesim.studies.identify.figures import fit_figures
 
     return paths + fit_figures(fit, folder)
 

@@ -105,7 +105,7 @@ class EngineLimitMap(GridResult):
         return stated | {"criterion": CRITERION, "open_target_deg": self.open_target_deg, "points": points}
 
     def _draw(self, folder: str | PathLike[str]) -> list[Path]:
-        from apesim.studies.figures.engine_limit import engine_limit_figures
+        from apesim.studies.limit.engine_figures import engine_limit_figures
 
         return engine_limit_figures(self.archive, self.ambient_pressure, folder)
 
@@ -132,9 +132,9 @@ class EngineLimitMap(GridResult):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('supply pressure [MPa gauge]', 'highest speed [r/min]')
         """
-        from apesim.studies.figures.axes import axes_for
-        from apesim.studies.figures.drawing.panels import add_legend
-        from apesim.studies.figures.engine_limit import draw_limits
+        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.panels import add_legend
+        from apesim.studies.limit.engine_figures import draw_limits
 
         ax = axes_for(ax)
         draw_limits(ax, self.archive, self.ambient_pressure)

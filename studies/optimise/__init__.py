@@ -2,5 +2,5 @@
 
 In the order in which they build on one another: landscape (what the engine does with other commands, at one speed),
 search (the optima and the Pareto front on it), table (all of it over speed, as an archive), summary
-(table and JSON), optimisation (the result).
+(table and JSON), optimisation (the result), figures.
 """

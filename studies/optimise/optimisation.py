@@ -91,7 +91,7 @@ class OptimalCommands(GridResult):
         return {"for": self.goal, **stated, "points": points, "faults": list(self.failed)}
 
     def _draw(self, folder: str | PathLike[str]) -> list[Path]:
-        from apesim.studies.figures.optimise import optimise_figures
+        from apesim.studies.optimise.figures import optimise_figures
 
         return optimise_figures(self.archive, self.ambient_pressure, folder)
 
@@ -118,9 +118,9 @@ class OptimalCommands(GridResult):
         >>> best.plot().get_ylabel()
         'brake torque [N m]'
         """
-        from apesim.studies.figures.axes import axes_for
-        from apesim.studies.figures.drawing.panels import add_legend
-        from apesim.studies.figures.optimise import draw_over_speed
+        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.panels import add_legend
+        from apesim.studies.optimise.figures import draw_over_speed
 
         ax = axes_for(ax)
         draw_over_speed(ax, self.archive, "brake_torque_Nm")

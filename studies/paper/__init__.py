@@ -2,5 +2,5 @@
 
 In the order in which they build on one another: discharge, the tests of Fig. 3 made by the model; claims, by the part
 of the paper that makes them; friction, whether the published friction gives what the text says; subject, whose valve it
-is; judgement, all claims; page, with figures; repetition, the result of the whole.
+is; judgement, all claims; figures; page; repetition, the result of the whole.
 """

@@ -130,7 +130,7 @@ class PaperRepetition(Result):
         if self.frictions is None:
             right = f'repeat the paper with scope="{FULL}"'
             raise InputError([Fault("write()", "paper", "there is no map of frictions to write", right)])
-        from apesim.studies.figures.paper import captions_of, paper_figures
+        from apesim.studies.paper.figures import captions_of, paper_figures
 
         make_folder(folder, overwrite)
         folder = Path(folder)

@@ -99,7 +99,7 @@ class SoftLanding(GridResult):
         return to_builtins(data)
 
     def _draw(self, folder: str | PathLike[str]) -> list[Path]:
-        from apesim.studies.figures.soft_landing import soft_landing_figures
+        from apesim.studies.soft_landing.figures import soft_landing_figures
 
         return soft_landing_figures(self.archive, self.ambient_pressure, folder)
 
@@ -130,9 +130,9 @@ class SoftLanding(GridResult):
         >>> landings.plot().get_xlabel()
         'shortest time between two edges [ms]'
         """
-        from apesim.studies.figures.axes import axes_for
-        from apesim.studies.figures.drawing.panels import add_legend
-        from apesim.studies.figures.soft_landing import draw_over_spacing, shown_of
+        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.panels import add_legend
+        from apesim.studies.soft_landing.figures import draw_over_spacing, shown_of
 
         ax = axes_for(ax)
         columns, titles, *rest = shown_of(self.archive, self.ambient_pressure)

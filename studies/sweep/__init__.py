@@ -2,7 +2,7 @@
 
 In the order in which they build on one another: variation (machines that differ in some keys), plan (the operating
 points), compute (run them), results (as an archive), completion (until none is missing), run (all of it, safe against
-being killed), study (the function for Python, its arguments and its result), table (on the console).
+being killed), study (the function for Python, its arguments and its result), table (on the console), figures.
 """
 
 from apesim.studies.sweep.plan import CORRECTED, FIXED, TIMINGS

@@ -138,8 +138,8 @@ class Sweep(ArchiveResult):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('speed [r/min]', 'mean brake torque [N m]')
         """
-        from apesim.studies.figures.axes import axes_for
-        from apesim.studies.figures.sweep import draw_over_speed
+        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.sweep.figures import draw_over_speed
 
         is_crowded = ax is None and len(axes_of(self.archive)) > 2
         beside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if is_crowded else {}

@@ -114,7 +114,7 @@ class CorrectedTiming(GridResult):
         return written
 
     def _draw(self, folder: str | PathLike[str]) -> list[Path]:
-        from apesim.studies.figures.timing import timing_figures
+        from apesim.studies.timing.figures import timing_figures
 
         return timing_figures(self.map, self.ambient_pressure, folder)
 
@@ -143,9 +143,9 @@ class CorrectedTiming(GridResult):
         >>> axes.get_ylabel()
         'target less command angle [deg]'
         """
-        from apesim.studies.figures.axes import axes_for
-        from apesim.studies.figures.drawing.panels import add_legend
-        from apesim.studies.figures.timing import draw_advance
+        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.panels import add_legend
+        from apesim.studies.timing.figures import draw_advance
 
         ax = axes_for(ax)
         draw_advance(ax, self.map, self.ambient_pressure, edge=edge)

@@ -96,7 +96,7 @@ def test_each_is_short_and_drawn_on_the_axes_given(swept, mapped, limited):
 @pytest.mark.slow
 def test_drawing_leaves_the_backend_of_a_notebook_as_it_is():
     code = (
-        "import matplotlib; matplotlib.use('svg'); import apesim.studies.figures.sweep; print(matplotlib.get_backend())"
+        "import matplotlib; matplotlib.use('svg'); import apesim.studies.sweep.figures; print(matplotlib.get_backend())"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "svg"

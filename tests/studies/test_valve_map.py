@@ -9,7 +9,7 @@ import xarray
 from apesim.archive import write
 from apesim.archive.inspection import verify
 from apesim.engine.machine import Machine
-from apesim.studies.figures.valve import map_figures, plot_velocities
+from apesim.studies.limit.valve_figures import map_figures, plot_velocities
 from apesim.studies.valve_map import compute_map, faults_of_map
 from tests.folders import ACCEPTANCE
 

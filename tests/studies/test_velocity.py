@@ -13,7 +13,7 @@ from apesim.archive.migration import MIGRATED, migrate
 from apesim.engine.cylinder import EPV
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
-from apesim.studies.figures.valve import plot_velocities
+from apesim.studies.limit.valve_figures import plot_velocities
 from apesim.studies.measured import read_measured
 from apesim.studies.measured.prediction import predict
 from apesim.studies.sweep import run_sweep

@@ -86,7 +86,7 @@ def sweep_engine(
         raise
     drawn = []
     if figures:
-        from apesim.studies.figures.sweep import sweep_figures  # half a second, for those who draw
+        from apesim.studies.sweep.figures import sweep_figures  # half a second, for those who draw
 
         drawn = sweep_figures(result.archive, out.with_suffix(".figures"))
 

@@ -59,7 +59,7 @@ def find_valve_limits(
         )
     drawn = []
     if figures:
-        from apesim.studies.figures.valve import limit_figures  # half a second, for those who draw
+        from apesim.studies.limit.valve_figures import limit_figures  # half a second, for those who draw
 
         drawn = limit_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures"))
     written = written_json(out, drawn, result["wall_time"])

@@ -55,7 +55,7 @@ def map_valve_strokes(
         )
     drawn = []
     if figures:
-        from apesim.studies.figures.valve import map_figures  # half a second, for those who draw
+        from apesim.studies.limit.valve_figures import map_figures  # half a second, for those who draw
 
         drawn = map_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures"))
     written = written_json(out, drawn, result["wall_time"])

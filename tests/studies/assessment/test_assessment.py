@@ -15,12 +15,12 @@ from apesim.engine.cycle.rates import TRACE
 from apesim.engine.exergy import TERMS
 from apesim.engine.indicators import indicators
 from apesim.engine.steady import run_steady
+from apesim.studies.assessment import figures
 from apesim.studies.assessment.causes import CAUSES, ENTERS, EXERGY, LOSSES, MEASURES, ORDERS, VALVES, losses
 from apesim.studies.assessment.grid import assess_speeds, faults_of_assessment, undefined_ratios
 from apesim.studies.assessment.lift import constant_speed_lift, lift_curve_of, shift_flanks, single_opening
 from apesim.studies.assessment.valves import Outcome, assess, cycle_to_cycle, outcome_of, with_lift
-from apesim.studies.figures import assessment as figures
-from apesim.studies.figures.drawing.panels import open_one
+from apesim.studies.drawing.panels import open_one
 from apesim.studies.timing.solve import corrected
 from tests.machines import RPM, machine, settled
 from tests.processes import without_stages

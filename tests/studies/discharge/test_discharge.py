@@ -18,6 +18,7 @@ from apesim.studies.commands.valve.discharge import evaluate_discharge
 from apesim.studies.console import DONE, Console
 from apesim.studies.discharge import Record, Vessel, discharge, figure_arrays, fit_area, read_test, read_tests
 from apesim.studies.discharge.area import integrals
+from apesim.studies.discharge.figures import conditions_of_vessel
 from apesim.studies.discharge.vessel import Descent, effective_area, fall_per_area
 from apesim.studies.options import Common
 from apesim.valve.bench import run_bench
@@ -435,3 +436,8 @@ def test_hopeless_noise_is_told():
     records = records_of(ramp, 200e-6, 200e3, 5e3, 20e-3, gauges=(0.4e6,))
     with pytest.raises(InputError, match="too noisy"):
         discharge(vessel(200e-6), records)
+
+
+def test_a_discharge_test_s_conditions_are_those_of_its_vessel():
+    told = conditions_of_vessel(Vessel(50e-6, 293.15, 101325.0, None))
+    assert told == "vessel of 50 cm³, 293.15 K at the switch, into 101.3 kPa abs"

@@ -8,8 +8,8 @@ import pytest
 from apesim.archive.inspection import verify
 from apesim.engine.angles import DEGREE
 from apesim.engine.machine import Machine
-from apesim.studies.figures.engine_limit import engine_limit_figures
 from apesim.studies.limit.design_rule import MAX_WINDOW, PAPER_RPM, DesignRule, fit_rule, rule_columns
+from apesim.studies.limit.engine_figures import engine_limit_figures
 from apesim.studies.limit.engine_limit import (
     CRITERION,
     RESOLUTION,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from apesim.engine.machine import Machine
-from apesim.studies.figures.valve import limit_figures
 from apesim.studies.limit.points import Point
+from apesim.studies.limit.valve_figures import limit_figures
 from apesim.studies.limit.valve_limit import (
     CRITERION,
     RESOLUTION,

@@ -11,7 +11,7 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.indicators import indicators
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
-from apesim.studies.figures.optimise import optimise_figures
+from apesim.studies.optimise.figures import optimise_figures
 from apesim.studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal, Landscape, Point, judged
 from apesim.studies.optimise.search import optimise, undominated
 from apesim.studies.optimise.table import archive_of, bounds_of, faults_of, optima_over_speed

@@ -10,7 +10,6 @@ import pytest
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.discharge import discharge
-from apesim.studies.figures.paper import captions_of, paper_figures
 from apesim.studies.limit.valve_limit import Limit, is_complete
 from apesim.studies.paper import repetition
 from apesim.studies.paper.claims import delay, design, engine, equations, numerics, stroke
@@ -18,6 +17,7 @@ from apesim.studies.paper.claims.area import claims_by_area, with_area
 from apesim.studies.paper.claims.claim import AREA, CONTRADICTED, NOT_COMPUTABLE, REPRODUCED, grid_of, range_in_words
 from apesim.studies.paper.claims.motion import computed, valve_claims
 from apesim.studies.paper.discharge import area_at, discharge_tests, emptied, vessel_of
+from apesim.studies.paper.figures import captions_of, paper_figures
 from apesim.studies.paper.friction.friction_map import (
     AREAS,
     FRICTIONS,

@@ -12,7 +12,6 @@ from apesim.archive import write
 from apesim.archive.inspection import verify
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
-from apesim.studies.figures.soft_landing import soft_landing_figures
 from apesim.studies.soft_landing import study
 from apesim.studies.soft_landing.braking import (
     ADDED,
@@ -25,6 +24,7 @@ from apesim.studies.soft_landing.braking import (
     search,
     widest_soft,
 )
+from apesim.studies.soft_landing.figures import soft_landing_figures
 from apesim.studies.soft_landing.landing import (
     BOTH,
     CLOSING,

@@ -18,10 +18,10 @@ from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.engine.warnings import judge_point
 from apesim.quantities.settings import dumps, load
-from apesim.studies.figures.sweep import plot_cycle, plot_over_speed, sweep_figures
 from apesim.studies.march_status import STATUS_MEANINGS
 from apesim.studies.sweep import CORRECTED, FIXED, TIMINGS, run_sweep
 from apesim.studies.sweep.compute import WARNING_FLAGS, compute
+from apesim.studies.sweep.figures import plot_cycle, plot_over_speed, sweep_figures
 from apesim.studies.sweep.plan import actuation_of, in_one_unit, plan
 from apesim.studies.sweep.results import archive_of, faults_of, warnings_of
 from apesim.studies.sweep.table import MOST_ROWS, sweep_table

@@ -21,8 +21,8 @@ from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.quantities import InputError
 from apesim.quantities.settings import dumps, load, schema
-from apesim.studies.figures.sweep import sweep_figures
 from apesim.studies.sweep import TIMINGS, run_sweep, vary
+from apesim.studies.sweep.figures import sweep_figures
 from apesim.studies.sweep.plan import plan
 from apesim.studies.sweep.run import _first_of_each_kind
 from apesim.studies.sweep.variation import stored

@@ -14,9 +14,9 @@ from apesim.quantities.settings import dumps
 from apesim.studies.commands.gap import explain
 from apesim.studies.console import Console
 from apesim.studies.estimation.residuals import Block
-from apesim.studies.figures.gap import draw_gap
 from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.example_bench import explain_example
+from apesim.studies.gap.figures import draw_gap
 from apesim.studies.gap.report import html
 from apesim.studies.gap.report.chances import list_chances
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms, group_by_run, select_worst

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from apesim.engine.effects import ALL_EFFECTS
-from apesim.studies.figures.gap import draw_gap
+from apesim.studies.gap.figures import draw_gap
 from apesim.studies.gap.search.candidates import Candidate, make_strength
 from apesim.studies.gap.tables.latent import Branch, find_branches
 from tests.machines import machine

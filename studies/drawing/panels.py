@@ -1,0 +1,215 @@
+"""Figures and their panels: opening them, naming their axes with units, lines and legend entries that many have."""
+
+import textwrap
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from apesim.archive import Archive
+from apesim.studies.drawing.style import GREY
+
+ONE, TWO = (7.4, 3.8), (9.2, 3.9)
+"""Usual size of a figure with one panel, and of one with two side by side [inch]."""
+MIN_GAP = 4.0
+"""Gap between samples over the usual step, from which no line is drawn across: a few cells may be missing."""
+MAX_COLUMNS = 3
+"""Panels side by side: more would make a strip that no page and no screen shows."""
+LABEL_LETTERS = 44
+"""Letters on a line of a legend: half the width of a page."""
+Side = Literal["lower", "upper"]
+"""Places of the legend of a figure: below the panels, or above them."""
+OUTSIDE: dict[Side, Literal["outside lower center", "outside upper center"]] = {
+    "lower": "outside lower center",
+    "upper": "outside upper center",
+}
+"""What matplotlib calls these places."""
+MAX_SPECIFIC_AIR = 150.0
+"""Upper end of axes of specific air [kg/kWh]: it grows without bound as the work goes to zero."""
+
+
+def open_panels(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, np.ndarray]:
+    """Open a figure with a (rows, columns) grid of panels, laid out so that no texts overlap.
+
+    `size` is width and height [inch], `options` are those of `matplotlib.figure.Figure.subplots`. The figure belongs to
+    no window and to no backend, so that it can be drawn anywhere, and is gone when it is no longer used.
+    """
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+def open_row(count: int, size: tuple[float, float] = TWO, **options: Any) -> tuple[Figure, np.ndarray]:
+    """Open a figure of width and height `size` [inch] with panels side by side, (count,); see `open_panels`."""
+    figure, panels = open_panels(1, count, size, **options)
+    return figure, panels[0]
+
+
+def open_column(count: int, size: tuple[float, float], **options: Any) -> tuple[Figure, np.ndarray]:
+    """Open a figure with panels one above the other, (count,), which share the x axis; see `open_panels`.
+
+    `size` is width and height of the figure [inch].
+    """
+    figure, panels = open_panels(count, 1, size, sharex=True, **options)
+    return figure, panels[:, 0]
+
+
+def open_one(size: tuple[float, float] = ONE) -> tuple[Figure, Axes]:
+    """Open a figure of width and height `size` [inch] with one panel; see `open_panels`."""
+    figure, panels = open_panels(1, 1, size)
+    return figure, panels[0, 0]
+
+
+def open_wrapped(count: int, panel: tuple[float, float], **options: Any) -> tuple[Figure, np.ndarray]:
+    """Open a figure with panels side by side, (count,), `MAX_COLUMNS` a row; see `open_panels`.
+
+    `panel` is width and height of each [inch]; those that are left over in the last row are gone.
+    """
+    columns = max(min(count, MAX_COLUMNS), 1)
+    rows = max(-(-count // columns), 1)
+    figure, panels = open_panels(rows, columns, (panel[0] * columns, panel[1] * rows), **options)
+    for axis in panels.ravel()[count:]:
+        axis.remove()
+    return figure, panels.ravel()[:count]
+
+
+def add_legend(axis: Axes, **options: Any) -> None:
+    """Add a legend to a panel where none of its lines runs: where there is room, else above them all.
+
+    The upper limit of `axis` is raised where no place is free; `options` are those of `matplotlib.axes.Axes.legend`.
+    """
+    handles, _ = axis.get_legend_handles_labels()
+    if not handles:
+        return
+    figure = axis.get_figure(root=True)
+    assert figure is not None
+    axis.legend(loc="best", **options)
+    figure.draw_without_rendering()
+    if not _is_covered(axis):
+        return
+    axis.legend(loc="upper center", **{"ncols": min(len(handles), MAX_COLUMNS)} | options)
+    figure.draw_without_rendering()
+    legend = axis.get_legend()
+    assert legend is not None
+    free = 1.0 - (legend.get_window_extent().height + 12.0) / axis.get_window_extent().height
+    if free <= 0.3:  # taller than the panel bears: beside it
+        axis.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0, **options)
+        return
+    scale = axis.transScale
+    low, high = (scale.transform((1.0, end))[1] for end in axis.get_ylim())
+    axis.set_ylim(top=scale.inverted().transform((1.0, low + (high - low) / free))[1])
+
+
+def _is_covered(axis: Axes) -> bool:
+    """Whether a line, a marker or a bar of a panel runs through its legend."""
+    legend = axis.get_legend()
+    assert legend is not None
+    box = legend.get_window_extent().padded(2.0)
+    for line in axis.lines:
+        path = line.get_transform().transform_path(line.get_path()).cleaned(remove_nans=True, curves=False)
+        points = np.asarray(path.vertices)
+        if line.get_linestyle() == "None":
+            if len(points) and box.count_contains(points[:-1]):
+                return True
+        elif len(points) > 1 and path.intersects_bbox(box, filled=False):
+            return True
+    whole = axis.get_window_extent()
+    bars = [patch.get_window_extent() for patch in axis.patches]
+    return any(bar.overlaps(box) for bar in bars if bar.height < whole.height and bar.width < whole.width)
+
+
+def add_figure_legend(figure: Figure, handles: Sequence[Any], *, side: Side = "lower", **options: Any) -> None:
+    """Add a legend outside all panels, in as many columns as the figure is wide; long labels are wrapped.
+
+    It explains `handles` by their labels, and stands below the panels or, with "upper", above them; `options` are those
+    of `matplotlib.figure.Figure.legend`.
+    """
+    labels = [textwrap.fill(str(handle.get_label()), LABEL_LETTERS) for handle in handles]
+    for ncols in range(max(len(handles), 1), 0, -1):
+        legend = figure.legend(handles, labels, loc=OUTSIDE[side], ncols=ncols, **options)
+        if ncols == 1 or legend.get_window_extent().width < figure.bbox.width:
+            return
+        legend.remove()
+
+
+def label_axes(
+    axis: Axes, *, x: tuple[str, str] | None = None, y: tuple[str, str] | None = None, title: str | None = None
+) -> None:
+    """Write names with units at the axes of a panel, and its title.
+
+    `x` and `y` are name and unit, "" being that of a pure number or of words; what is None stays as it is.
+    """
+    if x is not None:
+        axis.set_xlabel(named(*x))
+    if y is not None:
+        axis.set_ylabel(named(*y))
+    if title is not None:
+        axis.set_title(title)
+
+
+def named(name: str, unit: str) -> str:
+    """A name with its unit in brackets; the name alone where the unit is ""."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def draw_zero(axis: Axes, *, colour: str = "0.6", width: float = 0.8) -> None:
+    """Draw the line at zero of the y axis, so wide [pt]."""
+    axis.axhline(0.0, color=colour, lw=width)
+
+
+def add_legend_entry(axis: Axes, label: str, **look: Any) -> None:
+    """Add an entry to the legend of a panel for which nothing is drawn, e.g. what a dashed line means.
+
+    `look` holds options of `matplotlib.axes.Axes.plot`.
+    """
+    axis.plot([], [], label=label, **{"color": GREY} | look)
+
+
+def legend_handle(**look: Any) -> Line2D:
+    """A line for a legend that is drawn nowhere else; `look` holds options of `matplotlib.lines.Line2D`."""
+    return Line2D([], [], **look)
+
+
+def columns_of(archive: Archive) -> dict[str, np.ndarray]:
+    """Values of all variables of an archive, by name."""
+    return {name: variable.values for name, variable in archive.variables.items()}
+
+
+def gauge_in_mpa(pressure: np.ndarray, ambient_pressure: float) -> np.ndarray:
+    """Gauge pressure as figures show it [MPa gauge], from a pressure, float or array, and the ambient one [Pa abs].
+
+    >>> gauge_in_mpa(np.array([0.6e6, 1.1e6]), 0.1e6)
+    array([0.5, 1. ])
+    """
+    return (pressure - ambient_pressure) / 1e6
+
+
+def break_at_gaps(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Break a line where samples are far apart, so that none is drawn over what nobody measured.
+
+    `x` ascends. The result has a NaN among the values in each gap that is longer than `MIN_GAP` usual steps.
+
+    >>> x, values = break_at_gaps(np.array([0.0, 1.0, 2.0, 12.0, 13.0]), np.arange(5.0))
+    >>> values.tolist()
+    [0.0, 1.0, 2.0, nan, 3.0, 4.0]
+    """
+    gaps = find_gaps(x)
+    return np.insert(x, gaps, x[gaps]), np.insert(values, gaps, np.nan)
+
+
+def find_gaps(x: np.ndarray) -> np.ndarray:
+    """Find the first sample behind each gap that is longer than `MIN_GAP` usual steps of the ascending x, (k,)."""
+    steps = np.diff(x)
+    return np.flatnonzero(steps > MIN_GAP * np.median(steps)) + 1 if len(steps) else np.empty(0, dtype=np.int64)
+
+
+def spread_out(count: int, max_count: int) -> np.ndarray:
+    """Numbers of some of many runs, `max_count` at most, evenly spread, the first and the last among them.
+
+    `count` is how many runs there are; the numbers ascend.
+    """
+    return np.unique(np.linspace(0, count - 1, max_count).round().astype(int))

@@ -1,9 +1,0 @@
-"""Figures of the missing-effect workflow.
-
-In their order in a report: sizes (the gap of each run), residual_map, overlays (the worst traces), candidates, latent
-(what a table says); looks (their colours and words), files (all of them).
-"""
-
-from apesim.studies.figures.gap.files import draw_gap
-
-__all__ = ["draw_gap"]
