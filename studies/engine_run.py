@@ -53,6 +53,19 @@ TRACE_NAMES = {
     "cylinder_volume": "cylinder volume",
 }
 """What each trace of a cycle is."""
+AXES = {
+    "crank_angle_deg": (1.0, "crank angle after TDC [deg]"),
+    "cylinder_volume": (1e-6, "cylinder volume [cm³]"),
+    "cylinder_pressure": (1e6, "cylinder pressure [MPa abs]"),
+    "lift": (1e-3, "lift [mm]"),
+}
+"""Unit in SI and label of the traces that are drawn."""
+PLOTS = {
+    "cylinder pressure": ("crank_angle_deg", "cylinder_pressure"),
+    "lift": ("crank_angle_deg", "lift"),
+    "indicator diagram": ("cylinder_volume", "cylinder_pressure"),
+}
+"""What a run draws: traces of both axes."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,18 +115,25 @@ class EngineRun(Result):
             "warnings": list(self.warnings),
         }
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the cylinder pressure over crank angle.
+    def plot(self, ax: "Axes | None" = None, what: str = "cylinder pressure") -> "Axes":
+        """Draw a trace of the cycle.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
             Axes to draw on; those of a new figure if left out.
+        what : {"cylinder pressure", "lift", "indicator diagram"}
+            Pressure or lift over crank angle, or pressure over the cylinder volume.
 
         Returns
         -------
         matplotlib.axes.Axes
             Axes that were drawn on.
+
+        Raises
+        ------
+        InputError
+            There is no such plot.
 
         Examples
         --------
@@ -123,27 +143,25 @@ class EngineRun(Result):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('crank angle after TDC [deg]', 'cylinder pressure [MPa abs]')
         """
-        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.axes import axes_for, check_plotted
 
+        check_plotted(what, PLOTS)
         ax = axes_for(ax)
-        ax.plot(self.traces["crank_angle_deg"], self.traces["cylinder_pressure"].values / 1e6)
-        ax.set(
-            xlabel="crank angle after TDC [deg]", ylabel="cylinder pressure [MPa abs]", title=self._told_conditions()
-        )
+        x, y = PLOTS[what]
+        ax.plot(self.traces[x].values / AXES[x][0], self.traces[y].values / AXES[y][0])
+        ax.set(xlabel=AXES[x][1], ylabel=AXES[y][1], title=self._told_conditions())
         return ax
 
     def plot_lift(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the lift of the intake over crank angle.
+        """Draw the lift of the intake over crank angle; see `plot`.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Axes to draw on; those of a new figure if left out.
 
         Returns
         -------
         matplotlib.axes.Axes
-            Axes that were drawn on.
 
         Examples
         --------
@@ -153,25 +171,18 @@ class EngineRun(Result):
         >>> round(float(max(axes.lines[0].get_ydata())), 3), axes.get_ylabel()
         (9.0, 'lift [mm]')
         """
-        from apesim.studies.drawing.axes import axes_for
-
-        ax = axes_for(ax)
-        ax.plot(self.traces["crank_angle_deg"], self.traces["lift"].values * 1e3)
-        ax.set(xlabel="crank angle after TDC [deg]", ylabel="lift [mm]", title=self._told_conditions())
-        return ax
+        return self.plot(ax, "lift")
 
     def plot_indicator_diagram(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the cylinder pressure over the cylinder volume.
+        """Draw the cylinder pressure over the cylinder volume; see `plot`.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Axes to draw on; those of a new figure if left out.
 
         Returns
         -------
         matplotlib.axes.Axes
-            Axes that were drawn on.
 
         Examples
         --------
@@ -180,12 +191,7 @@ class EngineRun(Result):
         >>> run.plot_indicator_diagram().get_xlabel()
         'cylinder volume [cm³]'
         """
-        from apesim.studies.drawing.axes import axes_for
-
-        ax = axes_for(ax)
-        ax.plot(self.traces["cylinder_volume"].values * 1e6, self.traces["cylinder_pressure"].values / 1e6)
-        ax.set(xlabel="cylinder volume [cm³]", ylabel="cylinder pressure [MPa abs]", title=self._told_conditions())
-        return ax
+        return self.plot(ax, "indicator diagram")
 
 
 @public

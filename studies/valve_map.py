@@ -128,14 +128,14 @@ class ValveMap(ArchiveResult):
         """Grid and pulse."""
         return grid_conditions(archive) | {"pulse": f"{1e3 * float(archive.provenance['pulse_s']):g} ms"}
 
-    def plot(self, ax: "Axes | None" = None, name: str = "opening_delay") -> "Axes":
+    def plot(self, ax: "Axes | None" = None, what: str = "opening_delay") -> "Axes":
         """Draw a measure over pressure, a line for each temperature.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
             Axes to draw on; those of a new figure if left out.
-        name : str
+        what : str
             Name of a trace, e.g. "closing_seating_speed".
 
         Returns
@@ -153,7 +153,7 @@ class ValveMap(ArchiveResult):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('control pressure [MPa abs]', 'opening delay [s]')
         """
-        return plot_over_pressure(self, name, ax)
+        return plot_over_pressure(self, what, ax)
 
 
 def grid_conditions(archive: Archive) -> dict[str, str]:
@@ -170,24 +170,25 @@ def grid_conditions(archive: Archive) -> dict[str, str]:
 
 
 def plot_over_pressure(
-    result: ArchiveResult, name: str, ax: "Axes | None" = None, groups: Mapping[str, np.ndarray] | None = None
+    result: ArchiveResult, what: str, ax: "Axes | None" = None, groups: Mapping[str, np.ndarray] | None = None
 ) -> "Axes":
     """Draw a variable, e.g. "opening_delay", over the control pressure, a line for each temperature.
 
     Without `ax` in a new figure; `groups` has the runs of each line by its label, where the temperature alone does not
     tell them apart.
     """
-    from apesim.studies.drawing.axes import axes_for
+    from apesim.studies.drawing.axes import axes_for, check_plotted
     from apesim.studies.drawing.panels import add_legend
 
-    ax, trace = axes_for(ax), result.traces[name]
+    check_plotted(what, result.traces)
+    ax, trace = axes_for(ax), result.traces[what]
     pressures, temperatures = (result.traces[f"supply_{axis}"].values for axis in ("pressure", "temperature"))
     groups = groups or {f"{each:g} K": np.flatnonzero(temperatures == each) for each in np.unique(temperatures)}
     for label, runs in groups.items():
         runs = runs[np.argsort(pressures[runs], kind="stable")]
         ax.plot(pressures[runs] / 1e6, trace[runs], marker="o", ms=3, label=label)
     unit = "" if trace.unit == "1" else f" [{trace.unit}]"
-    ax.set(xlabel="control pressure [MPa abs]", ylabel=f"{name.replace('_', ' ')}{unit}", title=result.title)
+    ax.set(xlabel="control pressure [MPa abs]", ylabel=f"{what.replace('_', ' ')}{unit}", title=result.title)
     add_legend(ax)
     return ax
 

@@ -55,6 +55,11 @@ TRACE_NAMES = {
     "temperature_a": "temperature of chamber A",
     "temperature_b": "temperature of chamber B",
 }
+PLOTS: dict[str, tuple[str, float, dict[str, str | None]]] = {
+    "lift": ("lift [mm]", 1e-3, {"lift": None}),
+    "pressures": ("pressure [MPa abs]", 1e6, {"pressure_a": "chamber A", "pressure_b": "chamber B"}),
+}
+"""What a run draws: label of the axis, its unit in SI, and traces with their labels."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,18 +112,25 @@ class ValveRun(Result):
             "warnings": list(self.warnings),
         }
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the lift over time.
+    def plot(self, ax: "Axes | None" = None, what: str = "lift") -> "Axes":
+        """Draw traces over time.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
             Axes to draw on; those of a new figure if left out.
+        what : {"lift", "pressures"}
+            Lift, or the pressures of both chambers.
 
         Returns
         -------
         matplotlib.axes.Axes
             Axes that were drawn on.
+
+        Raises
+        ------
+        InputError
+            There is no such plot.
 
         Examples
         --------
@@ -128,25 +140,29 @@ class ValveRun(Result):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('time after the solenoids are energised [ms]', 'lift [mm]')
         """
-        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.axes import axes_for, check_plotted
+        from apesim.studies.drawing.panels import add_legend
 
+        check_plotted(what, PLOTS)
         ax = axes_for(ax)
-        ax.plot(self.traces["time"].values * 1e3, self.traces["lift"].values * 1e3)
-        ax.set(xlabel="time after the solenoids are energised [ms]", ylabel="lift [mm]", title=self._told_conditions())
+        ylabel, unit, drawn = PLOTS[what]
+        for name, label in drawn.items():
+            ax.plot(self.traces["time"].values / 1e-3, self.traces[name].values / unit, label=label)
+        ax.set(xlabel="time after the solenoids are energised [ms]", ylabel=ylabel, title=self._told_conditions())
+        if len(drawn) > 1:
+            add_legend(ax)
         return ax
 
     def plot_pressures(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the pressures of both chambers over time.
+        """Draw the pressures of both chambers over time; see `plot`.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Axes to draw on; those of a new figure if left out.
 
         Returns
         -------
         matplotlib.axes.Axes
-            Axes that were drawn on.
 
         Examples
         --------
@@ -156,17 +172,7 @@ class ValveRun(Result):
         >>> [line.get_label() for line in axes.lines]
         ['chamber A', 'chamber B']
         """
-        from apesim.studies.drawing.axes import axes_for
-        from apesim.studies.drawing.panels import add_legend
-
-        ax = axes_for(ax)
-        for letter in "ab":
-            pressure = self.traces[f"pressure_{letter}"].values / 1e6
-            ax.plot(self.traces["time"].values * 1e3, pressure, label=f"chamber {letter.upper()}")
-        ax.set(xlabel="time after the solenoids are energised [ms]", ylabel="pressure [MPa abs]")
-        ax.set_title(self._told_conditions())
-        add_legend(ax)
-        return ax
+        return self.plot(ax, "pressures")
 
 
 @public

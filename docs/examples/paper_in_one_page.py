@@ -19,7 +19,7 @@ machine = apesim.Machine()  # its valve is that of the paper's Table 1
 run = apesim.run_valve(machine, supply="0.49 MPa gauge", temperature="287 K", pulse="50 ms")
 figure, (above, below) = plt.subplots(2, 1, figsize=(6.4, 5.4), sharex=True, layout="constrained")
 run.plot(above)
-run.plot_pressures(below)
+run.plot(below, "pressures")
 above.set(xlabel="", title="0.49 MPa gauge, 287 K, pulse of 50 ms")
 below.set_title("")
 print(run)

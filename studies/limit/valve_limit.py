@@ -335,14 +335,14 @@ class ValveLimit(ArchiveResult):
         """What a rate has to meet, in words."""
         return CRITERION
 
-    def plot(self, ax: "Axes | None" = None, name: str = "limit_hz") -> "Axes":
+    def plot(self, ax: "Axes | None" = None, what: str = "limit_hz") -> "Axes":
         """Draw limits over pressure, a line for each temperature and duty, and the machine's own point.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
             Axes to draw on; those of a new figure if left out.
-        name : str
+        what : str
             Name of a trace, e.g. "limit_rpm".
 
         Returns
@@ -372,7 +372,7 @@ class ValveLimit(ArchiveResult):
         }
         for run in np.flatnonzero(is_own):
             groups[f"the machine's own: {temperatures[run]:g} K, duty {duties[run]:.3g}"] = np.array([run])
-        return plot_over_pressure(self, name, ax, groups)
+        return plot_over_pressure(self, what, ax, groups)
 
 
 @public

@@ -113,7 +113,7 @@ class Sweep(ArchiveResult):
         names = {name: name_of(name, variable.unit) for name, variable in self.archive.variables.items()}
         return data.rename({name: short for name, short in names.items() if name != short and name in data.variables})
 
-    def plot(self, ax: "Axes | None" = None, name: str = "brake_torque") -> "Axes":
+    def plot(self, ax: "Axes | None" = None, what: str = "brake_torque") -> "Axes":
         """Draw a variable over speed: a line for each actuation, and for each value of the keys that were varied.
 
         Where there are more than 12 lines, some values are drawn, and the title says of how many.
@@ -122,7 +122,7 @@ class Sweep(ArchiveResult):
         ----------
         ax : matplotlib.axes.Axes, optional
             Axes to draw on; those of a new figure if left out.
-        name : str
+        what : str
             Name of a variable, e.g. "specific_air_kg_per_kWh".
 
         Returns
@@ -138,12 +138,13 @@ class Sweep(ArchiveResult):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('speed [r/min]', 'mean brake torque [N m]')
         """
-        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.axes import axes_for, check_plotted
         from apesim.studies.sweep.figures import draw_over_speed
 
+        check_plotted(what, self.traces)
         is_crowded = ax is None and len(axes_of(self.archive)) > 2
         beside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if is_crowded else {}
-        ax, trace = axes_for(ax), self.traces[name]
+        ax, trace = axes_for(ax), self.traces[what]
         title = draw_over_speed(ax, self.archive, trace.values, **beside)
         unit = "" if trace.unit == "1" else f" [{trace.unit}]"
         ax.set(xlabel="speed [r/min]", ylabel=f"{trace.long_name}{unit}", title=title)

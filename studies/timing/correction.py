@@ -118,15 +118,17 @@ class CorrectedTiming(GridResult):
 
         return timing_figures(self.map, self.ambient_pressure, folder)
 
-    def plot(self, ax: "PlotAxes | None" = None, *, edge: str = "energise") -> "PlotAxes":
+    def plot(self, ax: "PlotAxes | None" = None, what: str = "energise", *, edge: str = "") -> "PlotAxes":
         """Draw the advance of a command edge over speed, a line for each pressure, at the middle of the temperatures.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
             Axes to draw on; those of a new figure if left out.
-        edge : {"energise", "release"}
+        what : {"energise", "release"}
             Edge of the command.
+        edge : str, optional
+            Another name of `what`, which counts where it is given.
 
         Returns
         -------
@@ -139,16 +141,18 @@ class CorrectedTiming(GridResult):
         >>> timing = apesim.correct_timing(
         ...     apesim.Machine(), speed="900 rpm", pressure="1 MPa gauge", temperature="287 K"
         ... )
-        >>> axes = timing.plot(edge="release")
+        >>> axes = timing.plot(what="release")
         >>> axes.get_ylabel()
         'target less command angle [deg]'
         """
-        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.axes import axes_for, check_plotted
         from apesim.studies.drawing.panels import add_legend
         from apesim.studies.timing.figures import draw_advance
 
+        what = edge or what
+        check_plotted(what, ("energise", "release"))
         ax = axes_for(ax)
-        draw_advance(ax, self.map, self.ambient_pressure, edge=edge)
+        draw_advance(ax, self.map, self.ambient_pressure, edge=what)
         if (number := len(self.map.axes.temperatures)) > 1:
             ax.set_title(f"{ax.get_title()}, 1 of {number} temperatures")
         ax.set_ylabel("target less command angle [deg]")

@@ -86,6 +86,8 @@ def test_each_is_short_and_drawn_on_the_axes_given(swept, mapped, limited):
     _, axes = plt.subplots(1, 3)
     for ax, result, lines in zip(axes, (swept, mapped, limited), (4, 2, 2), strict=True):
         assert result.plot(ax) is ax and len(ax.lines) == lines and ax.get_legend()
+        with pytest.raises(apesim.InputError, match=r"what: there is no plot of speed_rpn; (did|give)"):
+            result.plot(what="speed_rpn")
         assert len(repr(result).splitlines()) < 12 and "array" not in repr(result)
         assert "<table>" in result._repr_html_()
     assert "speed 600 r/min, 900 r/min" in repr(swept) and f"{limited['limit_hz']:.5g} Hz" in repr(limited)

@@ -9,10 +9,11 @@ import pytest
 
 import apesim
 from apesim.engine.machine import Machine
+from apesim.quantities import InputError
 from apesim.studies import engine_run
 from apesim.studies.cli import app
 from apesim.studies.console import main_of, plain
-from apesim.studies.engine_run import run_engine
+from apesim.studies.engine_run import PLOTS, run_engine
 
 
 @pytest.fixture(scope="module")
@@ -59,10 +60,14 @@ def test_its_text_is_short_and_says_how_it_ended(run):
 
 def test_it_is_drawn_on_the_axes_given(run):
     _, axes = plt.subplots(1, 3)
-    for ax, draw in zip(axes, (run.plot, run.plot_lift, run.plot_indicator_diagram), strict=True):
-        assert draw(ax) is ax and len(ax.lines) == 1 and "[" in ax.get_xlabel()
+    for ax, what in zip(axes, PLOTS, strict=True):
+        assert run.plot(ax, what) is ax and len(ax.lines) == 1 and "[" in ax.get_xlabel()
     assert np.allclose(axes[1].lines[0].get_ydata(), 1e3 * run.traces["lift"].values)
     assert run.plot() is not axes[0]
+    for again, ax in ((run.plot_lift(), axes[1]), (run.plot_indicator_diagram(), axes[2])):
+        assert np.array_equal(again.lines[0].get_xydata(), ax.lines[0].get_xydata())
+    with pytest.raises(InputError, match=r"what: there is no plot of lifts; did you mean lift\?"):
+        run.plot(what="lifts")
     plt.close("all")
 
 

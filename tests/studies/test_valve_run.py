@@ -8,6 +8,7 @@ import pytest
 
 import apesim
 from apesim.engine.machine import Machine
+from apesim.quantities import InputError
 from apesim.studies import valve_run
 from apesim.studies.cli import app
 from apesim.studies.console import main_of, plain
@@ -53,9 +54,11 @@ def test_the_supply_given_counts_for_the_control_air_too():
 def test_it_is_drawn_on_the_axes_given():
     run = run_valve(Machine())
     _, axes = plt.subplots(1, 2)
-    assert run.plot(axes[0]) is axes[0] and run.plot_pressures(axes[1]) is axes[1]
+    assert run.plot(axes[0]) is axes[0] and run.plot(axes[1], "pressures") is axes[1]
     assert np.allclose(axes[0].lines[0].get_ydata(), 1e3 * run.traces["lift"].values)
-    assert len(axes[1].lines) == 2
+    assert len(axes[1].lines) == len(run.plot_pressures().lines) == 2
+    with pytest.raises(InputError, match="there is no plot of heat; give one of lift, pressures"):
+        run.plot(what="heat")
     plt.close("all")
 
 
