@@ -118,6 +118,22 @@ class ArchiveResult(Result):
         """All variables as xarray knows them; see `to_xarray`."""
         return self.to_xarray()
 
+    def to_dict(self) -> dict[str, Any]:
+        """Convert to a dictionary with the keys of the command's JSON.
+
+        Returns
+        -------
+        dict
+            Plain numbers, texts, lists and dictionaries; NaN where JSON says null.
+
+        Examples
+        --------
+        >>> from apesim.archive.columns import run_axis
+        >>> ArchiveResult.of(Archive("", {}, {"run": run_axis(2)})).to_dict()
+        {'runs': 2, 'faults': []}
+        """
+        return {"runs": self["runs"], "faults": list(self.failed)}
+
     def to_pandas(self) -> "pandas.DataFrame":
         """Make a table with a row for each run; codes are the words that they stand for.
 

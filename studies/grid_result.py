@@ -111,23 +111,6 @@ class GridResult(ArchiveResult):
         return self._draw(folder)
 
     @abstractmethod
-    def to_dict(self) -> dict[str, Any]:
-        """Convert to a dictionary with the keys of the command's JSON.
-
-        Returns
-        -------
-        dict
-            Plain numbers, texts, lists and dictionaries; NaN where JSON says null.
-
-        Examples
-        --------
-        >>> import apesim
-        >>> valves = apesim.assess_valve(apesim.Machine(), speed="900 rpm")
-        >>> sorted(valves.to_dict())[:3]
-        ['faults', 'points', 'warnings']
-        """
-
-    @abstractmethod
     def _draw(self, folder: str | PathLike[str]) -> list[Path]:
         """Draw all figures into a folder; `draw` is what users call."""
 

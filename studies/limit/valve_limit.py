@@ -24,6 +24,7 @@ from apesim.studies.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.limit.design_rule import WITHIN, rule_columns
 from apesim.studies.limit.points import Point, lowest_run, own_run, point_column, with_own
+from apesim.studies.limit.summary import summary_json
 from apesim.studies.operating_conditions import DUTY, JOBS, PRESSURE, TEMPERATURE, with_control_air
 from apesim.studies.progress import Progress, show_progress
 from apesim.studies.valve_map import PRESSURES, grid_conditions, plot_over_pressure, supply_columns
@@ -39,6 +40,12 @@ CRITERION = (
     "in its periodic state the piston meets the open stop and the closed stop in every cycle, "
     "and every cycle repeats the one before"
 )
+POINT_KEYS = {
+    "supply_pressure_Pa": "supply_pressure",
+    "supply_temperature_K": "supply_temperature",
+    **{name: name for name in ("duty", "limit_hz", "limit_rpm", "lap_to_lap_s", "window_deg", "rule_window_deg")},
+}
+"""Keys of a point in JSON, where no unit stands beside a number, and its columns in the archive."""
 LOWEST, HIGHEST, RESOLUTION = 1.0, 1000.0, 0.01
 """Rates between which the limit is looked for, and how closely [Hz]."""
 STEP_UP = 1.25
@@ -329,6 +336,26 @@ class ValveLimit(ArchiveResult):
     def _conditions_of(cls, archive: Archive) -> Mapping[str, str]:
         """Grid and criterion."""
         return grid_conditions(archive)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Convert to a dictionary with the keys of ``apesim valve limit --json``.
+
+        Returns
+        -------
+        dict
+            Summary, criterion and the limit of each point under ``points``; NaN where JSON says null.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> here = {"pressure": "1 MPa gauge", "temperature": "287 K"}
+        >>> limits = apesim.find_valve_limit(apesim.Machine(), duty=0.5, **here).to_dict()
+        >>> len(limits["points"]), float(limits["limit_at"]["supply_temperature_K"])
+        (2, 287.0)
+        """
+        v = values_of(self.archive)
+        points = [{key: v[name][run] for key, name in POINT_KEYS.items()} for run in range(len(v["run"]))]
+        return summary_json(v, "duty") | {"criterion": CRITERION, "points": points, "faults": list(self.failed)}
 
     @property
     def criterion(self) -> str:

@@ -87,6 +87,28 @@ class Sweep(ArchiveResult):
         """Write the values of each axis in words, by its name: all of a few, else the ends and their number."""
         return {name.removesuffix("_rpm"): _ends(texts) for name, texts in axes_of(archive).items()}
 
+    def to_dict(self) -> dict[str, Any]:
+        """Convert to a dictionary with the keys of ``apesim engine sweep --json``.
+
+        Returns
+        -------
+        dict
+            Number of runs, what was swept, and what went wrong.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> apesim.sweep(apesim.Machine(), speed="900 rpm", intake="ideal").to_dict()["axes"]
+        {'actuation': ['ideal'], 'speed_rpm': ['900 r/min']}
+        """
+        return {
+            "runs": self["runs"],
+            "axes": axes_of(self.archive),
+            "faults": list(self.failed),
+            "warnings": list(self.warnings),
+            "was_finished": self.was_finished,
+        }
+
     def to_xarray(self) -> "xarray.Dataset":
         """Lay all runs out over the axes that were swept, as an xarray dataset.
 

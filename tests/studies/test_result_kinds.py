@@ -107,8 +107,7 @@ def test_a_result_comes_back_from_its_archive_as_what_it_was(name, tmp_path):
     drawn = [[line.get_xydata() for line in one.plot().lines] for one in (result, again)]
     assert all(np.array_equal(*pair, equal_nan=True) for pair in zip(*drawn, strict=True))
     plt.close("all")
-    if hasattr(result, "to_dict"):
-        assert plain(again.to_dict()) == plain(result.to_dict())
+    assert plain(again.to_dict()) == plain(result.to_dict())
     if name == "SoftLanding":
         assert {path.suffix for path in again.draw(tmp_path / "figures")} == {".png", ".pdf"}
     again.write(tmp_path / "again.h5")

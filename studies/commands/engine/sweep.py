@@ -51,7 +51,6 @@ def sweep_engine(
     import sys
 
     from apesim.archive import command_line
-    from apesim.archive.grid import axes_of
     from apesim.studies.output import written_json, written_text
     from apesim.studies.sweep import study, vary
     from apesim.studies.sweep.table import sweep_table
@@ -90,17 +89,10 @@ def sweep_engine(
 
         drawn = sweep_figures(result.archive, out.with_suffix(".figures"))
 
-    # The data for scripts: where the archive lies, and what is in it.
-    written = written_json(out, drawn, result["wall_time"])
-    data = {
-        **{key: written[key] for key in ("archive", "content_sha256", "figures")},
-        "runs": result["runs"],
-        "axes": axes_of(result.archive),
-        "faults": result.failed,
-        "warnings": result.warnings,
-        "was_finished": result.was_finished,
-        "wall_time_s": written["wall_time_s"],
-    }
+    # The data for scripts: where the archive lies, and what is in it; the time last.
+    data = written_json(out, drawn, result["wall_time"])
+    wall_time = data.pop("wall_time_s")
+    data |= result.to_dict() | {"wall_time_s": wall_time}
 
     # A sweep that is resumed by the name of its archive alone may be another than the user thinks: the call that made
     # it is told.

@@ -38,7 +38,7 @@ def find_valve_limits(
     from apesim.archive.columns import values_of
     from apesim.studies.limit import valve_limit
     from apesim.studies.limit.points import lowest_run, own_run
-    from apesim.studies.limit.summary import summary_json, summary_lines
+    from apesim.studies.limit.summary import summary_lines
     from apesim.studies.output import written_json, written_text
     from apesim.studies.tables import table_over_supplies
 
@@ -64,16 +64,8 @@ def find_valve_limits(
         drawn = limit_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures"))
     written = written_json(out, drawn, result["wall_time"])
     v = values_of(result.archive)
-
-    # JSON has no units beside its numbers, so that some names of the archive's columns get one.
-    keys = {
-        "supply_pressure_Pa": "supply_pressure",
-        "supply_temperature_K": "supply_temperature",
-        **{name: name for name in ("duty", "limit_hz", "limit_rpm", "lap_to_lap_s", "window_deg", "rule_window_deg")},
-    }
-    points = [{key: v[name][run] for key, name in keys.items()} for run in range(len(v["run"]))]
-    stated = summary_json(v, "duty")
-    data = stated | {"criterion": result.criterion, "points": points, "faults": result.failed}
+    data = result.to_dict()
+    points = data["points"]
 
     # The table marks the two points that the lines below it are about.
     own_point, lowest_point = own_run(v), lowest_run(v)
@@ -87,7 +79,7 @@ def find_valve_limits(
         for name, run in (("own", own_point), ("lowest", lowest_point))
         if run is not None
     }
-    lines = summary_lines(stated, result.criterion, conditions)
+    lines = summary_lines(data, result.criterion, conditions)
     console.result(data | written, table, *lines, written_text(written, f"{len(rows)} limits"))
 
     # A point without a limit leaves the others valid; the exit code says that the map has gaps.

@@ -66,8 +66,7 @@ def map_valve_strokes(
     rows = [[number(value, ".4f") for value in row] for row in zip(*values, strict=True)]
     title = "The valve over pressure and temperature"
     table = table_over_supplies(title, machine.ambient.pressure, columns=v, header=HEADER, rows=rows)
-    data = {"runs": len(rows), "faults": result.failed} | written
-    console.result(data, table, written_text(written, f"{len(rows)} runs"))
+    console.result(result.to_dict() | written, table, written_text(written, f"{len(rows)} runs"))
 
     # A stroke that is not completed leaves the others valid; the exit code says that the map has gaps.
     for fault in result.failed:
