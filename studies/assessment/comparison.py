@@ -21,6 +21,12 @@ from apesim.studies.progress import Progress, show_progress
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+PLOTS = {
+    "brake torque lost": ("brake_torque_lost_Nm", "brake torque lost [N m]"),
+    "air added": ("specific_air_added_kg_per_kWh", "air over brake work added [kg/kWh]"),
+}
+"""What is drawn: name in the archive, and label."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ValveAssessment(GridResult):
@@ -70,18 +76,25 @@ class ValveAssessment(GridResult):
 
         return assessment_figures(self.archive, folder)
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the brake torque lost by each cause over speed.
+    def plot(self, ax: "Axes | None" = None, what: str = "brake torque lost") -> "Axes":
+        """Draw what each cause costs over speed.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
             Axes to draw on; those of a new figure if left out.
+        what : {"brake torque lost", "air added"}
+            Cost against the ideal valve: torque, or air over brake work.
 
         Returns
         -------
         matplotlib.axes.Axes
             Axes that were drawn on.
+
+        Raises
+        ------
+        InputError
+            There is no such plot.
 
         Examples
         --------
@@ -91,12 +104,13 @@ class ValveAssessment(GridResult):
         'brake torque lost [N m]'
         """
         from apesim.studies.assessment.figures import draw_losses
-        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.axes import axes_for, check_plotted
         from apesim.studies.drawing.panels import add_legend
 
-        ax = axes_for(ax)
-        draw_losses(ax, self.archive, "brake_torque_lost_Nm")
-        ax.set_ylabel("brake torque lost [N m]")
+        check_plotted(what, PLOTS)
+        ax, (name, label) = axes_for(ax), PLOTS[what]
+        draw_losses(ax, self.archive, name)
+        ax.set_ylabel(label)
         add_legend(ax)
         return ax
 

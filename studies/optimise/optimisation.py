@@ -28,6 +28,12 @@ if TYPE_CHECKING:
 GOALS = ("torque", "air", "both")
 FREE_KEY = "supply.pressure"
 
+PLOTS = {
+    "brake torque": ("brake_torque_Nm", "brake torque [N m]"),
+    "specific air": ("specific_air_kg_per_kWh", "specific air [kg/kWh]"),
+}
+"""What is drawn: name in the archive, without the kind of command, and label."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OptimalCommands(GridResult):
@@ -95,18 +101,25 @@ class OptimalCommands(GridResult):
 
         return optimise_figures(self.archive, self.ambient_pressure, folder)
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the brake torque of the best and of the machine's own commands over speed.
+    def plot(self, ax: "Axes | None" = None, what: str = "brake torque") -> "Axes":
+        """Draw what the best and the machine's own commands give over speed.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
             Axes to draw on; those of a new figure if left out.
+        what : {"brake torque", "specific air"}
+            Torque, or all air over brake work.
 
         Returns
         -------
         matplotlib.axes.Axes
             Axes that were drawn on.
+
+        Raises
+        ------
+        InputError
+            There is no such plot.
 
         Examples
         --------
@@ -118,13 +131,14 @@ class OptimalCommands(GridResult):
         >>> best.plot().get_ylabel()
         'brake torque [N m]'
         """
-        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.axes import axes_for, check_plotted
         from apesim.studies.drawing.panels import add_legend
         from apesim.studies.optimise.figures import draw_over_speed
 
-        ax = axes_for(ax)
-        draw_over_speed(ax, self.archive, "brake_torque_Nm")
-        ax.set_ylabel("brake torque [N m]")
+        check_plotted(what, PLOTS)
+        ax, (name, label) = axes_for(ax), PLOTS[what]
+        draw_over_speed(ax, self.archive, name)
+        ax.set_ylabel(label)
         add_legend(ax)
         return ax
 

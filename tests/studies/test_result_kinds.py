@@ -14,10 +14,13 @@ import pytest
 import apesim
 from apesim.archive import read
 from apesim.engine.machine import Machine
+from apesim.quantities import InputError
 from apesim.results import Scalar, Trace
 from apesim.studies.archive_result import ArchiveResult, result_of
 from apesim.studies.archives.machines import read_recorded_machine
+from apesim.studies.assessment import comparison
 from apesim.studies.gap.example_bench import read_example
+from apesim.studies.optimise import optimisation
 from apesim.studies.result_kinds import KINDS, SIGNS, kind_of
 from tests.archive_samples import VERSION_1, VERSION_2, VERSION_2_SWEEP
 from tests.folders import SAMPLES
@@ -112,6 +115,17 @@ def test_a_result_comes_back_from_its_archive_as_what_it_was(name, tmp_path):
         assert {path.suffix for path in again.draw(tmp_path / "figures")} == {".png", ".pdf"}
     again.write(tmp_path / "again.h5")
     assert apesim.compare_archives(tmp_path / "result.h5", tmp_path / "again.h5").is_same
+
+
+@pytest.mark.parametrize(
+    ("name", "plots"), [("ValveAssessment", comparison.PLOTS), ("OptimalCommands", optimisation.PLOTS)]
+)
+def test_what_a_study_says_it_draws_it_draws(name, plots):
+    labels = [found(name).plot(what=what).get_ylabel() for what in plots]
+    assert labels == [label for _, label in plots.values()]
+    with pytest.raises(InputError, match="there is no plot of noise; give one of"):
+        found(name).plot(what="noise")
+    plt.close("all")
 
 
 @pytest.mark.parametrize("way", COPIES)
