@@ -79,6 +79,7 @@ class MeasuredCheck:
             "warnings": [_describe(finding) for finding in self.warnings],
             "hints": [_describe(finding) for finding in self.hints],
             "notes": list(self.measured.hints),
+            "read": {file: str(table) for file, table in self.measured.read.items()},
             "wall_time_s": self.wall_time_s,
         }
 

@@ -11,7 +11,7 @@ from apesim.engine.angles import DEGREE
 from apesim.studies.discharge import opening, records
 from apesim.studies.estimation.noise import estimation
 from apesim.studies.identify import fit, gate
-from apesim.studies.measured import reading, table, thinning, to_and_fro
+from apesim.studies.measured import reading, strokes, table, thinning
 from apesim.studies.measured.plausibility import thresholds
 from docs.results import ROOT, Number, Table
 
@@ -28,8 +28,8 @@ def compute():
         "resolved_time": Number(1e3 * thinning.RESOLVED["time"], "ms"),
         "resolved_angle": Number(round(thinning.RESOLVED["crank_angle"] / DEGREE, 9), "°"),
         "min_rows": Number(reading.MIN_ROWS),
-        "cell": Number(1e3 * to_and_fro.CELL, "mm"),
-        "turning": Number(1e3 * to_and_fro.TURNING, "mm"),
+        "cell": Number(1e3 * strokes.CELL_LENGTH, "mm"),
+        "turning": Number(1e3 * strokes.MIN_TURNING, "mm"),
         "discharge_before": Number(records.MIN_BEFORE),
         "discharge_after": Number(records.MIN_AFTER),
         "discharge_ratio": Number(records.MIN_RATIO),

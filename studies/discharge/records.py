@@ -23,9 +23,8 @@ import numpy as np
 from apesim.quantities import Fault, InputError, InvalidValue, quoted
 from apesim.quantities.files import path_below, require_file
 from apesim.studies.measured.columns import TIME, read_columns
-from apesim.studies.measured.dialect import Dialect, find_unknown_keys, merge_tables
+from apesim.studies.measured.dialect import READ, Dialect, find_unknown_keys, merge_tables
 from apesim.studies.measured.folder_file import (
-    READ,
     find_unknown_start,
     load_folder_file,
     read_stated_dialect,

@@ -61,7 +61,7 @@ Inside all is SI and absolute. In the order in which they build on one another: 
 numbers to SI), dialect (how a file is written), text_blocks (its text), cells (what a cell may say), layout (where
 header and numbers stand), table (its numbers), row_order (whether its rows rise), columns (in SI), folder_file (how
 ``measured.toml`` says all this), thinning (of long records), sensors (what can be measured), known_to (how far the rig
-is known), scatter (by how much runs differ), to_and_fro (strokes of a cylinder), reading (the folder), prediction (what
+is known), scatter (by how much runs differ), strokes (strokes of a cylinder), reading (the folder), prediction (what
 a machine would have shown), plausibility (whether the data can be what they say).
 """
 

@@ -11,14 +11,13 @@ import numpy as np
 from apesim.quantities import Fault, InvalidValue, quoted, unit
 from apesim.quantities.files import split_header
 from apesim.studies.measured.conversion import SIGNALS, convert, is_measure, split_kind, suggest_unit
-from apesim.studies.measured.dialect import ANGLE, PLAIN, SEPARATORS, TIME, Dialect, Marks
+from apesim.studies.measured.dialect import ANGLE, SEPARATORS, TIME, Dialect, Marks, ReadTable
 from apesim.studies.measured.layout import Layout, find_layout, is_unit, resolve_marks, split_name
 from apesim.studies.measured.row_order import find_coarse_angle, find_disorder, unwrap_angle
 from apesim.studies.measured.table import (
     CellError,
     LineError,
     Numbers,
-    find_ignored_lines,
     is_ambiguous,
     name_ignored_line,
     name_remedy,
@@ -41,6 +40,8 @@ class Columns(NamedTuple):
     """(n,) bool arrays by our name: rows whose cell says that the number is over range; only of columns with such."""
     is_counted: bool = False
     """Whether the times are counted from the first row, as the file has clock times."""
+    table: ReadTable | None = None
+    """Table ``[read]`` that says all of how the file was read, and reads the same numbers; None where it was not."""
 
 
 class _Place(NamedTuple):
@@ -63,7 +64,7 @@ def read_columns(
     ambient_pressure: float,
     *,
     right: str,
-    dialect: Dialect = PLAIN,
+    dialect: Dialect,
 ) -> Columns:
     r"""Read the declared columns of a file; others are ignored.
 
@@ -78,9 +79,21 @@ def read_columns(
     ...     path = Path(folder, "p040.csv")
     ...     _ = path.write_text("time [ms],pressure [kPa gauge]\n0,400\n1,390\n")
     ...     declared = {"time": "ms", "pressure": "kPa abs"}
-    ...     columns = read_columns(path, declared, ("time", "pressure"), 100e3, right="give a CSV")
+    ...     columns = read_columns(path, declared, ("time", "pressure"), 100e3, right="give a CSV", dialect=Dialect())
     >>> columns.values["pressure"].tolist(), columns.faults
     ([500000.0, 490000.0], [])
+    >>> print(columns.table)
+    [read]
+    separator = "comma"
+    decimal = "."
+    encoding = "utf-8"
+    thousands = ""
+    skip_rows = 0
+    header = true
+    columns.time = "time [ms]"
+    columns.pressure = "pressure [kPa gauge]"
+    unit.time = "ms"
+    unit.pressure = "kPa gauge"
     """
     file = str(path)
 
@@ -90,10 +103,15 @@ def read_columns(
         places, faults = _places_of(file, layout, dialect, declared)
         read, marks, wrong_cells = _numbers_of(path, layout, dialect, places, declared)
     except InvalidValue as wrong:
-        remedy = name_ignored_line(wrong.cell) if isinstance(wrong, LineError) and dialect != PLAIN else ""
+        remedy = name_ignored_line(wrong.cell) if isinstance(wrong, LineError) else ""
         return Columns({}, [], [Fault(file, "", wrong.wrong, remedy or wrong.right or right)], [])
     names, numbers = [place.name for place in places], read.values
-    hints = [f"{path.name}: read with {hint}" if "=" in hint else f"{path.name}: {hint}" for hint in layout.hints]
+    hints = []
+    if layout.guessed:
+        keys = ", ".join(f'{key} = "{value}"' for key, value in layout.guessed.items())
+        hints.append(f"{path.name}: read with {keys}")
+    if layout.has_units:
+        hints.append(f"{path.name}: the line under the header is taken for its units")
     over_range: dict[str, np.ndarray] = {}
     is_counted = False
     columns: dict[str, np.ndarray] = {}
@@ -107,8 +125,8 @@ def read_columns(
         form = _name_unit(name, matching[0].unit if matching else None, expected, dialect)
         try:
             if len(matching) > 1:
-                ignored = f", or write ignore = [{matching[-1].at + 1}] in [read]" * (dialect != PLAIN)
-                raise InvalidValue("stands in several columns", f"keep one of them{ignored}")
+                right = f"keep one of them, or write ignore = [{matching[-1].at + 1}] in [read]"
+                raise InvalidValue("stands in several columns", right)
             if name == TIME and dialect.interval is not None:
                 if matching:
                     right = f'take the key out, or write ignore = ["{layout.headers[matching[0].at]}"] in [read]'
@@ -117,7 +135,7 @@ def read_columns(
                 continue
             if not matching:
                 if name in due and name not in dialect.columns:
-                    raise InvalidValue("there is no such column", _name_absent(name, expected, dialect))
+                    raise InvalidValue("there is no such column", _name_absent(name, expected))
                 continue
             if name in wrong_cells:
                 raise wrong_cells[name]
@@ -138,7 +156,7 @@ def read_columns(
             # To SI, by unit, scale and offset; then whether a mark of its decimals may be one of thousands.
             if named is None:
                 raise InvalidValue("has no unit", form)
-            if dialect != PLAIN and not scale:
+            if not scale:
                 form = _suggest_scale(name, named, expected) or form
                 _refuse_two_units(name, named, said, expected)
             in_si = convert(name, named, values, expected, ambient_pressure, right=form, scale=scale, offset=offset)
@@ -155,7 +173,7 @@ def read_columns(
     # The rows, where all columns are right. Those without a place on the axis go before the order is judged.
     if faults or axis not in columns:
         return Columns(columns, names, faults, hints)
-    if lines := find_ignored_lines(path, layout):
+    if lines := read.ignored_lines:
         some = f"line {lines[0]} is" if len(lines) == 1 else f"{len(lines)} lines, the first is line {lines[0]}, are"
         hints.append(f"{path.name}: {some} passed over")
     columns, rows, more = _placed_rows(path.name, columns, axis, over_range)
@@ -171,7 +189,37 @@ def read_columns(
         faults.append(Fault(file, axis, disorder.wrong, disorder.right))
     elif not len(rows) and dialect.interval is None:
         faults.append(Fault(file, axis, "has no number", "give a number in each row"))
-    return Columns(columns, names, faults, [*hints, *more], over_range, is_counted)
+    known = [place for place in places if place.name in declared]
+    return Columns(columns, names, faults, [*hints, *more], over_range, is_counted, _state(layout, dialect, known))
+
+
+def _state(layout: Layout, dialect: Dialect, places: Sequence[_Place]) -> ReadTable:
+    """Table ``[read]`` that states a dialect with what was guessed of it, so that nothing is left to guess."""
+    stated = dialect.table
+    columns: dict[str, str | int] = dict(stated.get("columns", {}))
+    units, marks = dict(stated.get("unit", {})), {}
+    for name, at, named, _ in places:
+        header = layout.names[at]
+        columns.setdefault(name, header if header and _matching(layout.headers, header) == [at] else at + 1)
+        if named is not None and at not in layout.clocks:
+            units.setdefault(name, named)
+    whole = Marks(layout.decimal, dialect.marks.thousands or "")
+    for name in dict.fromkeys([*columns, *dialect.marks_by_column]):
+        if (own := resolve_marks(dialect.marks_of(name), layout)) != whole:
+            marks[name] = own._asdict()
+    guessed = {
+        "separator": next(name for name, mark in SEPARATORS.items() if mark == layout.separator),
+        "decimal": layout.decimal,
+        "encoding": layout.encoding,
+        "thousands": whole.thousands,
+        "skip_rows": layout.skip_rows,
+        "header": dialect.header,
+        "columns": columns,
+        "unit": units,
+        "column": marks,
+    }
+    table = {**guessed, **stated, **guessed}  # what is guessed stands first
+    return ReadTable({key: value for key, value in table.items() if value != {}}, layout.guessed)
 
 
 def _count_clock(seconds: np.ndarray, named: str | None, dialect: Dialect) -> np.ndarray:
@@ -190,8 +238,7 @@ def _name_unit(name: str, given: str | None, expected: str, dialect: Dialect) ->
     if scale := dialect.scales.get(name):
         return f'write unit.{name} = "{suggest_unit(given, expected, scale)}" in [read], the unit before the scale'
     meant = suggest_unit(given, expected)
-    form = f'write "{name} [{meant}]" in the header'
-    return form if dialect == PLAIN else f'{form} or unit.{name} = "{meant}" in [read]'
+    return f'write "{name} [{meant}]" in the header or unit.{name} = "{meant}" in [read]'
 
 
 def _places_of(
@@ -246,12 +293,9 @@ def _split_unknown_unit(header: str, declared: Mapping[str, str]) -> tuple[str, 
     return (found[1], found[2].strip()) if found and found[1] in declared and found[2].strip() else None
 
 
-def _name_absent(name: str, expected: str, dialect: Dialect) -> str:
+def _name_absent(name: str, expected: str) -> str:
     """Right form for a column that is not there."""
-    form = f'write "{name} [{expected}]" in the header'
-    if dialect == PLAIN:
-        return form
-    form += f', or in [read] columns.{name} = "the header that it has"'
+    form = f'write "{name} [{expected}]" in the header, or in [read] columns.{name} = "the header that it has"'
     return form + ', or sample_interval = "0.02 ms" if the file has no times' * (name == TIME)
 
 
@@ -306,14 +350,14 @@ def _numbers_of(
             return read_numbers(path, layout, marks, clocks), marks, wrong
         except CellError as error:
             name, said = wanted.pop(error.at)
-            remedy = "" if dialect == PLAIN else name_remedy(error.cell, said, name)
-            if not remedy and error.at == 0 and dialect != PLAIN and (ignored := name_ignored_line(error.cell)):
+            remedy = name_remedy(error.cell, said, name)
+            if not remedy and error.at == 0 and (ignored := name_ignored_line(error.cell)):
                 remedy = f"{error.right}, or {ignored}"
-            elif not remedy and error.at and dialect != PLAIN:
+            elif not remedy and error.at:
                 word = json.dumps(error.cell, ensure_ascii=False)
                 remedy = f"{error.right}, or write missing = [{word}] in [read] if it stands for a missing one"
             wrong[name] = InvalidValue(error.wrong, remedy or error.right)
-    return Numbers({}, {}), {}, wrong
+    return Numbers({}, {}, []), {}, wrong
 
 
 def _refuse_ambiguity(name: str, layout: Layout) -> InvalidValue:

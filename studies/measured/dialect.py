@@ -4,14 +4,17 @@ Whatever is not said is None here, and guessed from the file by `apesim.studies.
 """
 
 import difflib
+import json
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from apesim.quantities import Fault, InvalidValue, Quantity, quoted
 from apesim.quantities.input_errors import name_unknown
 from apesim.studies.measured.conversion import Measure, read_measure
 
+READ = "read"
+"""Table of a folder or a run that says how its files are written."""
 SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 """Characters between cells by their names; "space" is any run of blanks and tabs."""
 ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1", "cp1252")
@@ -35,6 +38,12 @@ SAMPLINGS = {
 """Declarations of the keys that say how fast the rows of a file without times follow one another."""
 MAX_SKIPPED = 1_000_000
 """Largest number of rows that are passed over: far above any instrument's preamble."""
+SKIP_ROWS: tuple[Callable[[Any], bool], str, str] = (
+    lambda value: type(value) is int and 0 <= value <= MAX_SKIPPED,
+    "is no number of rows",
+    f"write a whole number from 0 to {MAX_SKIPPED}",
+)
+"""What a number of skipped rows is, and what is said of another."""
 MAX_COLUMN = 10_000
 """Largest number of a column: far above any instrument's number of channels."""
 TABLES = ("columns", "unit", "scale", "offset", "column")
@@ -72,11 +81,32 @@ class Marks(NamedTuple):
     """Mark between groups of three digits; "": there is none; None: not said."""
 
 
+class ReadTable(dict[str, Any]):
+    """Table ``[read]`` of a file, with what is guessed of it; it prints as ``measured.toml`` has it."""
+
+    def __init__(self, entries: Mapping[str, Any], guessed: Mapping[str, str]) -> None:
+        super().__init__(entries)
+        self.guessed = dict(guessed)
+        """What of it was guessed, and differs from the files that apesim writes."""
+
+    def __str__(self) -> str:
+        return "\n".join([f"[{READ}]", *_print_entries(self)])
+
+
+def _print_entries(table: Mapping[str, Any], within: str = "") -> Iterator[str]:
+    """Lines of TOML of a table, those of a table in it with dotted keys."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _print_entries(value, f"{within}{key}.")
+        else:  # a text of JSON is one of TOML, but for one control character
+            yield f"{within}{key} = {json.dumps(value, ensure_ascii=False)}".replace("\x7f", "\\u007f")
+
+
 class Dialect(NamedTuple):
     """Way in which a file writes its table."""
 
-    is_stated: bool = False
-    """Whether a ``[read]`` is there."""
+    table: Mapping[str, Any] = {}
+    """Table ``[read]`` that states it; empty: there is none."""
     separator: str | None = None
     """Character between cells; None: guessed."""
     encoding: str | None = None
@@ -110,6 +140,11 @@ class Dialect(NamedTuple):
     start: float | str | None = None
     """Time of the file at which t = 0 stands [s], or one of `STARTS`; None: not said, `COMMAND`."""
 
+    @property
+    def is_stated(self) -> bool:
+        """Whether a ``[read]`` is there."""
+        return bool(self.table)
+
     def marks_of(self, name: str) -> Marks:
         """Find the marks in the numbers of a column, by our name of it.
 
@@ -121,10 +156,6 @@ class Dialect(NamedTuple):
         """
         own = self.marks_by_column.get(name, Marks())
         return Marks(*(mine if mine is not None else whole for mine, whole in zip(own, self.marks, strict=True)))
-
-
-PLAIN = Dialect(separator=",", encoding="utf-8", marks=Marks(".", ""))
-"""Dialect of the files that apesim writes; nothing of it is guessed."""
 
 
 def merge_tables(folder: Mapping[str, Any], run: Mapping[str, Any]) -> dict[str, Any]:
@@ -180,10 +211,10 @@ def read_dialect(
     separator = reading.word("separator", tuple(SEPARATORS))
     marks = reading.marks(section, table)
     dialect = Dialect(
-        is_stated=True,
+        table=table,
         separator=SEPARATORS[separator] if separator else None,
         encoding=reading.word("encoding", ENCODINGS),
-        skip_rows=reading.whole("skip_rows", MAX_SKIPPED),
+        skip_rows=reading.take("skip_rows", 0, *SKIP_ROWS),
         ignore_lines=reading.ignored_lines(),
         header=reading.truth("header", default=True),
         columns=reading.columns(),
@@ -195,7 +226,7 @@ def read_dialect(
         marks=marks,
         marks_by_column=reading.marks_by_column(),
         interval=reading.interval(is_timed=is_timed),
-        missing=reading.missing(),
+        missing=tuple(text.strip() for text in reading.texts("missing", 'write missing = ["OVER", "-9999"]')),
         start=reading.start(is_timed=is_timed),
     )
 
@@ -218,6 +249,14 @@ class _Reading:
         """Add a fault of a key."""
         self.faults.append(Fault(self.file, f"{self.section}.{key}", wrong, right))
 
+    def take(self, key: str, default: Any, is_right: Callable[[Any], bool], wrong: str, right: str) -> Any:
+        """Take a value; its default where it is not given, or is wrong."""
+        value = self.table.get(key, default)
+        if is_right(value):
+            return value
+        self.fault(key, f"{quoted(value)} {wrong}", right)
+        return default
+
     def word(
         self, key: str, words: tuple[str, ...], table: Mapping[str, Any] | None = None, at: str = ""
     ) -> str | None:
@@ -229,96 +268,71 @@ class _Reading:
         self.fault(f"{at}{key}", f"{quoted(table[key])} is no option", f"write {', '.join(others)} or {last}")
         return None
 
-    def whole(self, key: str, high: int) -> int:
-        """A number of things, 0 where it is not given."""
-        value = self.table.get(key, 0)
-        if type(value) is int and 0 <= value <= high:
-            return value
-        self.fault(key, f"{quoted(value)} is no number of rows", f"write a whole number from 0 to {high}")
-        return 0
-
     def truth(self, key: str, *, default: bool) -> bool:
         """A truth value."""
-        value = self.table.get(key, default)
-        if isinstance(value, bool):
-            return value
-        self.fault(key, f"{quoted(value)} is neither true nor false", f"write {key} = {str(not default).lower()}")
-        return default
+        right = f"write {key} = {str(not default).lower()}"
+        return bool(self.take(key, default, lambda value: isinstance(value, bool), "is neither true nor false", right))
 
     def entries(self, key: str, right: str) -> dict[str, Any]:
         """Entries of a table whose keys are our names."""
-        entries = self.table.get(key, {})
-        if not isinstance(entries, dict):
-            self.fault(key, f"{quoted(entries)} is no table", right)
-            return {}
+        entries = self.take(key, {}, lambda value: isinstance(value, dict), "is no table", right)
         self.faults += find_unknown_keys(self.file, f"{self.section}.{key}", entries, self.names)
         return {name: entries[name] for name in entries if name in self.names}
 
     def columns(self) -> dict[str, str | int]:
         """Headers or numbers by our name."""
         right = 'write columns = { time = "Zeit (s)", lift = "Ch1" }, or numbers from 1'
-        found: dict[str, str | int] = {}
+        columns: dict[str, str | int] = {}
         for name, value in self.entries("columns", right).items():
             if _is_column(value):
-                found[name] = " ".join(value.split()) if isinstance(value, str) else value
+                columns[name] = _without_blanks(value)
             else:
                 self.fault(f"columns.{name}", f"{quoted(value)} is no header and no number of a column", right)
-        if len(set(found.values())) < len(found):
+        if len(set(columns.values())) < len(columns):
             self.fault("columns", "one column of the file has two names", "name each column once")
-        return found
+        return columns
 
     def units(self) -> dict[str, str]:
         """Units by our name; whether they are units is seen with their column."""
-        found = {}
+        units = {}
         for name, value in self.entries("unit", 'write unit.lift = "mm"').items():
-            if isinstance(value, str) and value.strip():
-                found[name] = value.strip()
+            if _is_text(value):
+                units[name] = value.strip()
             else:
                 self.fault(f"unit.{name}", f"{quoted(value)} is no unit", f'write unit.{name} = "mm"')
-        return found
+        return units
 
     def measures(self, key: str) -> dict[str, Measure]:
         """Numbers with units by our name; whether they are of the right dimension is seen with their column."""
-        found = {}
+        measures = {}
         examples = {"scale": ("2 mm/V", "2.5 bar/V"), "offset": ("-1 mm", "-1.25 bar gauge")}[key]
         for name, value in self.entries(key, f'write {key}.lift = "{examples[0]}"').items():
             right = f'write it like "{examples["pressure" in name]}"'
             try:
-                found[name] = read_measure(value)
-                if key == "scale" and (found[name].kind or not found[name].number):
+                measures[name] = read_measure(value)
+                if key == "scale" and (measures[name].kind or not measures[name].number):
                     self.fault(f"{key}.{name}", f"{quoted(value)} is no factor", right)
             except InvalidValue as wrong:
                 self.fault(f"{key}.{name}", wrong.wrong, right)
-        return found
+        return measures
 
     def ignored(self) -> tuple[str | int, ...]:
         """Headers or numbers of columns."""
-        value = self.table.get("ignore", [])
-        if isinstance(value, list) and all(_is_column(each) for each in value):
-            return tuple(" ".join(each.split()) if isinstance(each, str) else each for each in value)
-        self.fault("ignore", f"{quoted(value)} is no list of columns", 'write ignore = ["Trigger"], or numbers from 1')
-        return ()
+        right = 'write ignore = ["Trigger"], or numbers from 1'
+        value = self.take("ignore", [], lambda value: _is_list(value, _is_column), "is no list of columns", right)
+        return tuple(map(_without_blanks, value))
+
+    def texts(self, key: str, right: str) -> tuple[str, ...]:
+        """Texts that are not blank."""
+        return tuple(self.take(key, [], lambda value: _is_list(value, _is_text), "is no list of texts", right))
 
     def ignored_lines(self) -> tuple[str, ...]:
         """Beginnings of lines, none of which a row of numbers may have."""
-        value = self.table.get("ignore_lines", [])
-        if not isinstance(value, list) or not all(isinstance(each, str) and each.strip() for each in value):
-            right = 'write the texts that such lines begin with: ignore_lines = ["End of data"]'
-            self.fault("ignore_lines", f"{quoted(value)} is no list of texts", right)
-            return ()
-        for each in value:
-            if NUMBER_BEGINS.fullmatch(each):
-                right = "write more of the line, or take the line out of the file"
-                self.fault("ignore_lines", f"a row of numbers may begin with {quoted(each)}, too", right)
-        return tuple(each.strip() for each in value)
-
-    def missing(self) -> tuple[str, ...]:
-        """Cells without a number."""
-        value = self.table.get("missing", [])
-        if isinstance(value, list) and all(isinstance(each, str) and each.strip() for each in value):
-            return tuple(each.strip() for each in value)
-        self.fault("missing", f"{quoted(value)} is no list of texts", 'write missing = ["OVER", "-9999"]')
-        return ()
+        texts = self.texts("ignore_lines", 'write the texts that such lines begin with: ignore_lines = ["End of data"]')
+        for text in filter(NUMBER_BEGINS.fullmatch, texts):
+            right = "write more of the line, or take the line out of the file"
+            self.fault("ignore_lines", f"a row of numbers may begin with {quoted(text)}, too", right)
+        return tuple(text.strip() for text in texts)
 
     def marks(self, section: str, table: Mapping[str, Any]) -> Marks:
         """Marks in numbers."""
@@ -327,32 +341,32 @@ class _Reading:
 
     def marks_by_column(self) -> dict[str, Marks]:
         """Marks of columns that have their own."""
-        found = {}
+        marks = {}
         right = f'write [{self.section}.column.time] with thousands = "."'
         for name, table in self.entries("column", right).items():
             section = f"{self.section}.column.{name}"
             if isinstance(table, dict):
                 self.faults += find_unknown_keys(self.file, section, table, Marks._fields)
-                found[name] = self.marks(section, table)
+                marks[name] = self.marks(section, table)
             else:
                 self.fault(f"column.{name}", f"{quoted(table)} is no table", right)
-        return found
+        return marks
 
     def interval(self, *, is_timed: bool) -> float | None:
         """Time from row to row of a file without times; None where none of its keys is given."""
-        given = [key for key in SAMPLINGS if key in self.table]
+        keys = [key for key in SAMPLINGS if key in self.table]
         columns = self.table.get("columns")
-        if not given:
+        if not keys:
             return None
         if not is_timed:
             right = "give the crank angle of each row in a column"
-            self.fault(given[0], "an engine's traces stand over the crank angle", right)
-        elif len(given) == 2:
+            self.fault(keys[0], "an engine's traces stand over the crank angle", right)
+        elif len(keys) == 2:
             self.fault("sample_rate", "stands beside sample_interval: which is it?", "keep one of the two")
         elif isinstance(columns, dict) and TIME in columns:
-            self.fault(f"columns.{TIME}", f"stands beside {given[0]}: which is the time?", "keep one of the two")
+            self.fault(f"columns.{TIME}", f"stands beside {keys[0]}: which is the time?", "keep one of the two")
         else:
-            [key] = given
+            [key] = keys
             try:
                 value = SAMPLINGS[key].read(self.table[key])
                 return 1.0 / value if key == "sample_rate" else value
@@ -362,29 +376,37 @@ class _Reading:
 
     def start(self, *, is_timed: bool) -> float | str | None:
         """Instant of the file that t = 0 stands at."""
-        if "start" not in self.table:
-            return None
-        value = self.table["start"]
-        if isinstance(value, str) and value in STARTS:
-            if value == FIRST_ROW and not is_timed:
-                self.fault("start", "an engine's traces stand over the crank angle", f'leave it out, or "{COMMAND}"')
-                return COMMAND
+        value = self.table.get("start")
+        if value is None or value == COMMAND or (value == FIRST_ROW and is_timed):
             return value
-        if is_timed:
-            try:
-                return START.read(value)
-            except InvalidValue as wrong:
-                self.fault("start", wrong.wrong, f'write "{COMMAND}", "{FIRST_ROW}" or a time, e.g. "12.5 ms"')
-        else:
+        if not is_timed:
             self.fault("start", "an engine's traces stand over the crank angle", f'leave it out, or "{COMMAND}"')
-        return COMMAND
+            return COMMAND
+        try:
+            return START.read(value)
+        except InvalidValue as wrong:
+            self.fault("start", wrong.wrong, f'write "{COMMAND}", "{FIRST_ROW}" or a time, e.g. "12.5 ms"')
+            return COMMAND
+
+
+def _is_text(value: Any) -> bool:
+    """Whether a value is a text that is not blank."""
+    return isinstance(value, str) and bool(value.strip())
 
 
 def _is_column(value: Any) -> bool:
     """Whether a value is a header or a number of a column."""
-    if isinstance(value, str):
-        return bool(value.strip())
-    return type(value) is int and 1 <= value <= MAX_COLUMN
+    return _is_text(value) or (type(value) is int and 1 <= value <= MAX_COLUMN)
+
+
+def _is_list(value: Any, is_right: Callable[[Any], bool]) -> bool:
+    """Whether a value is a list of what is right."""
+    return isinstance(value, list) and all(map(is_right, value))
+
+
+def _without_blanks(column: str | int) -> str | int:
+    """Number of a column, or its header with single blanks."""
+    return " ".join(column.split()) if isinstance(column, str) else column
 
 
 def _headless_faults(file: str, section: str, dialect: Dialect) -> Iterator[Fault]:

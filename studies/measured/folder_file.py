@@ -9,10 +9,7 @@ import numpy as np
 from apesim.quantities import Fault, InputError, InvalidValue, quoted
 from apesim.quantities.files import path_below, text_of
 from apesim.quantities.toml_text import parse_toml
-from apesim.studies.measured.dialect import COMMAND, FIRST_ROW, Dialect, read_dialect
-
-READ = "read"
-"""Table of a folder or a run that says how its files are written."""
+from apesim.studies.measured.dialect import COMMAND, FIRST_ROW, READ, Dialect, read_dialect
 
 
 def load_folder_file(path: Path) -> dict[str, Any]:

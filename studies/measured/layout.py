@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -42,14 +42,20 @@ class Layout(NamedTuple):
     """Character between cells; " ": any run of blanks and tabs."""
     headers: tuple[str, ...]
     """Header of each column, with the unit that a second line gives; "" where there is none."""
+    names: tuple[str, ...]
+    """Header of each column as it stands in its line."""
+    skip_rows: int
+    """Lines above the header, or above the numbers where there is none."""
     first_line: int
     """Lines above those that may be rows of numbers."""
     decimal: str
     """Decimal mark where none is said."""
     is_plain: bool
     """Whether it is the layout of the files that apesim writes: header in line 1, commas, decimal points."""
-    hints: tuple[str, ...]
-    """What was guessed, in words."""
+    guessed: Mapping[str, str]
+    """What was guessed and differs from the files that apesim writes, by key of ``[read]``."""
+    has_units: bool = False
+    """Whether the line under the header holds units."""
     ignored: re.Pattern[bytes] | None = None
     """Pattern of the lines below the header that are passed over; None: there are none."""
     optional: int = 0
@@ -123,8 +129,8 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = Path(folder, "p040.csv").write_text("time [ms];lift [mm]\n0,0;0,01\n0,5;0,02\n")
     ...     layout = find_layout(Path(folder, "p040.csv"), Dialect(), ("time", "lift"))
-    >>> layout.headers, layout.separator, layout.decimal, layout.hints
-    (('time [ms]', 'lift [mm]'), ';', ',', ('separator = "semicolon", decimal = ","',))
+    >>> layout.headers, layout.separator, layout.decimal, layout.guessed
+    (('time [ms]', 'lift [mm]'), ';', ',', {'separator': 'semicolon', 'decimal': ','})
     """
     data, is_whole = read_head(path)
     encoding = dialect.encoding or guess_encoding(data, is_whole=is_whole)
@@ -173,6 +179,7 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
     # Where the numbers begin: a line of units between them and the header belongs to the header.
     first_line = first + 1 if dialect.header else dialect.skip_rows
     units = cells[0] if header is not None and cells and _is_unit_row(cells[0], len(headers)) else None
+    names_alone = tuple(headers)
     if units:
         headers = [_with_unit(name, text) for name, text in zip(headers, units, strict=True)]
         first_line, cells = above[1] + 1, cells[1:]
@@ -181,15 +188,17 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
     decimal = _guess_decimal(cells, separator, dialect)
     if dialect.separator is None and header is None and separator == "," and not is_quoted:
         _refuse_two_readings(cells)
-    hints = _hints(dialect, separator, decimal, encoding, has_units=units is not None)
     return Layout(
         encoding,
         separator,
         tuple(headers),
+        names_alone,
+        first if dialect.header else dialect.skip_rows,
         first_line,
         decimal,
         not dialect.is_stated and separator == "," and first == 0 and units is None and decimal != ",",
-        tuple(hints),
+        _name_guesses(dialect, separator, decimal, encoding),
+        units is not None,
         ignored,
         optional,
         _find_clocks(cells, len(headers)),
@@ -444,25 +453,22 @@ def starts_numeric(line: str) -> bool:
     return bool(re.match(r"\s*[+-]?[0-9.,]", line))
 
 
-def _hints(dialect: Dialect, separator: str, decimal: str, encoding: str, *, has_units: bool) -> list[str]:
-    """What was guessed and differs from the files that apesim writes, as it may be written in ``[read]``."""
-    keys = []
+def _name_guesses(dialect: Dialect, separator: str, decimal: str, encoding: str) -> dict[str, str]:
+    """What was guessed and differs from the files that apesim writes, by key of ``[read]``."""
+    guessed = {}
     if dialect.separator is None and (dialect.is_stated or separator != ","):
-        keys.append(f'separator = "{next(name for name, mark in SEPARATORS.items() if mark == separator)}"')
+        guessed["separator"] = next(name for name, mark in SEPARATORS.items() if mark == separator)
     if dialect.marks.decimal is None and (separator != "," or decimal == ","):
-        keys.append(f'decimal = "{decimal}"')
+        guessed["decimal"] = decimal
     if dialect.encoding is None and not encoding.startswith("utf-8"):
-        keys.append(f'encoding = "{encoding}"')
-    hints = [", ".join(keys)] if keys else []
-    if has_units:
-        hints.append("the line under the header is taken for its units")
-    return hints
+        guessed["encoding"] = encoding
+    return guessed
 
 
 def resolve_marks(said: Marks, layout: Layout) -> Marks:
     """Take what is not said of the marks of a column from the layout; no mark is None then.
 
-    >>> layout = Layout("utf-8", ";", ("time [ms]",), 1, ",", False, ())
+    >>> layout = Layout("utf-8", ";", ("time [ms]",), ("time [ms]",), 0, 1, ",", False, {})
     >>> resolve_marks(Marks(), layout), resolve_marks(Marks(None, ","), layout)
     (Marks(decimal=',', thousands=''), Marks(decimal='.', thousands=','))
     """

@@ -20,9 +20,8 @@ from apesim.quantities.files import path_below, require_file
 from apesim.quantities.trees import fields
 from apesim.studies.calls import public
 from apesim.studies.measured.columns import TIME, read_columns
-from apesim.studies.measured.dialect import Dialect, find_unknown_keys, merge_tables
+from apesim.studies.measured.dialect import READ, Dialect, ReadTable, find_unknown_keys, merge_tables
 from apesim.studies.measured.folder_file import (
-    READ,
     find_unknown_start,
     load_folder_file,
     read_stated_dialect,
@@ -52,8 +51,8 @@ from apesim.studies.measured.runs import (
 )
 from apesim.studies.measured.scatter import SCATTER, read_scatter
 from apesim.studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS, Sensors
+from apesim.studies.measured.strokes import split_record
 from apesim.studies.measured.thinning import thin
-from apesim.studies.measured.to_and_fro import split_record
 
 STANDARD_AMBIENT = Machine().ambient.pressure
 """Pressure that gauge pressures stand above in the default machine [Pa abs]."""
@@ -65,7 +64,7 @@ MAX_RUNS = 1000
 """Runs of a folder: reading takes some 20 ms of each, judging and fitting more; a laboratory's day has some hundred."""
 MIN_ROWS = 8
 """Rows of a record: with fewer no noise can be estimated."""
-TOO_FAST = 100.0
+MAX_VELOCITY = 100.0
 """Velocity that no valve has [m/s]: such a sample says nothing of a sign."""
 MAX_TURNED = -0.5
 """Correlation of the lift with the integral of the velocity, below which the sign is the wrong one: of an ideal pair it
@@ -152,6 +151,7 @@ def read_measured(
     # The runs, each with its own [read] over that of the folder. By a wrong one no file is read.
     hints: list[str] = []
     masked: list[Masked] = []
+    read_tables: dict[str, ReadTable] = {}
     tables = data.get("run")
     runs: list[MeasuredRun | None] = []
     if not isinstance(tables, list) or not tables or not all(isinstance(run, dict) for run in tables):
@@ -168,7 +168,7 @@ def read_measured(
             at = f"{section}.{READ}"
             dialect, dialect_faults = read_stated_dialect(file, at, merged, names, is_timed=is_timed)
             all_faults += dialect_faults
-        runs.append(_run(path, section, run, known, above, dialect, all_faults, hints, masked))
+        runs.append(_run(path, section, run, known, above, dialect, all_faults, hints, masked, read_tables))
         masked = [*masked[:before], *(each._replace(run=number - 1) for each in masked[before:])]
 
     # Only what is right is cut into repeats. A record of a cylinder becomes several runs, which changes the numbers of
@@ -188,7 +188,9 @@ def read_measured(
     hints += find_absent_sensors(known_to, repeats)
     masked = [each._replace(run=first_repeats[each.run]) for each in masked]
     said = tuple(dict.fromkeys(hints))
-    return Measured(str(folder), noise, tuple(repeats), known, above, said, known_to, tuple(masked), scatter)
+    return Measured(
+        str(folder), noise, tuple(repeats), known, above, said, known_to, tuple(masked), scatter, read_tables
+    )
 
 
 def _noise(file: str, given: Any, sensors: Mapping[str, Any], all_faults: list[Fault]) -> dict[str, float]:
@@ -222,6 +224,7 @@ def _run(
     all_faults: list[Fault],
     hints: list[str],
     masked: list[Masked],
+    read_tables: dict[str, ReadTable],
 ) -> MeasuredRun | None:
     """A run; None if it is wrong, which all_faults say. Without a dialect its file is not read."""
     file, before, sensors = str(path), len(all_faults), SENSORS[bench]
@@ -256,9 +259,11 @@ def _run(
         try:
             data = path_below(path.parent, given["data"])
             require_file(data, 'write data = "p040.csv", its path from the folder')
-            columns, said, lost = _columns(data, sensors, ambient_pressure, dialect, all_faults)
+            columns, said, lost, table = _columns(data, sensors, ambient_pressure, dialect, all_faults)
             hints += said
             masked += lost
+            if table is not None:
+                read_tables[given["data"]] = table
         except InvalidValue as wrong:
             all_faults.append(Fault(file, f"{section}.data", wrong.wrong, wrong.right))
 
@@ -322,13 +327,13 @@ def _run_of(
 
 def _columns(
     path: Path, sensors: Sensors, ambient_pressure: float, dialect: Dialect, all_faults: list[Fault]
-) -> tuple[dict[str, np.ndarray], list[str], list[Masked]]:
-    """Columns of a file, SI, by name, thinned to what the model resolves, what is said of them, and what is masked."""
+) -> tuple[dict[str, np.ndarray], list[str], list[Masked], ReadTable | None]:
+    """Columns of a file, SI, by name, thinned, what is said of them, what is masked, and the ``[read]`` of the file."""
     file, axis, declared = str(path), sensors.axis, sensors.columns
     sensor = "force [N]" if sensors.given else "lift [mm]"
     header = ",".join([f"{axis} [{sensors.axis_unit}]", *(f"{n} [{u}]" for n, u in sensors.given.items()), sensor])
     example = f'give a CSV with the header "{header}"'
-    columns, names, wrong, hints, over_range, is_counted = read_columns(
+    columns, names, wrong, hints, over_range, is_counted, table = read_columns(
         path, declared, (axis, *sensors.given), ambient_pressure, right=example, dialect=dialect
     )
 
@@ -360,7 +365,7 @@ def _columns(
         columns, said = thin(columns, axis)
         hints += [f"{path.name}: {text}" for text in said]
     all_faults += faults
-    return columns, hints, masked
+    return columns, hints, masked, table
 
 
 def _over_range(places: np.ndarray, sensors: Sensors, over_range: Mapping[str, np.ndarray]) -> Iterator[Masked]:
@@ -416,7 +421,7 @@ def _turned_velocity(file: str, axis: np.ndarray, columns: dict[str, np.ndarray]
     """Fault of a velocity that falls where the lift beside it rises."""
     if not {"lift", "velocity"} <= columns.keys() or len(axis) < MIN_ROWS:
         return
-    is_whole = ~np.isnan(columns["velocity"] + columns["lift"]) & (np.abs(columns["velocity"]) < TOO_FAST)
+    is_whole = ~np.isnan(columns["velocity"] + columns["lift"]) & (np.abs(columns["velocity"]) < MAX_VELOCITY)
     axis, velocity, lift = (values[is_whole] for values in (axis, columns["velocity"], columns["lift"]))
     travelled = np.append(0.0, np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(axis)))
     away, lifted = travelled - travelled.mean(), lift - lift.mean()

@@ -1,5 +1,6 @@
 """What a folder of measured data holds, once read."""
 
+from collections.abc import Mapping
 from enum import StrEnum
 from math import nan
 from typing import NamedTuple
@@ -7,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.quantities.uncertainties import Uncertainty
+from apesim.studies.measured.dialect import ReadTable
 
 
 class Bench(StrEnum):
@@ -80,7 +82,7 @@ class MeasuredRun(NamedTuple):
     """Means of an engine, SI: ``torque``, brake [N m]; ``air_flow``, all air [kg/s]; those that are measured."""
     given: dict[str, np.ndarray] = NO_GIVEN
     """What the model of a cylinder is given, SI, each of shape (n,): ``stroke`` [m], ``pressure`` [Pa abs] and
-    ``velocity`` of the stroke [m/s], see `apesim.studies.measured.to_and_fro`."""
+    ``velocity`` of the stroke [m/s], see `apesim.studies.measured.strokes`."""
     control_supply: float = nan
     """Pressure of an engine's control air [Pa abs]; NaN: as the machine has it. On a valve's bench the supply is it."""
 
@@ -147,6 +149,9 @@ class Measured(NamedTuple):
     """Samples that a disturbance of the recorder made: NaN in the channels, and used by nothing."""
     scatter: dict[str, Uncertainty] = NONE_STATED
     """Standard deviations between runs, by the key of the machine file, where the user states them."""
+    read: Mapping[str, ReadTable] = {}
+    """Table ``[read]`` by file that says all of how the file was read, what was guessed included; it prints as TOML,
+    and reads the same numbers where it is put into ``measured.toml``."""
 
     def __repr__(self) -> str:
         roles = ", ".join(f"{len(runs)} {role}" for role in ROLES if (runs := self.of(role)))

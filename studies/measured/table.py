@@ -32,11 +32,11 @@ SEGMENT = "Channels"
 """First word of the header that LabVIEW writes above a further segment, see the specification of its .lvm files."""
 MAX_BEGINNING = 30
 """Characters of a line that are named to know it again."""
-UNDECIDED = 1e-6
+MAX_OFF_THOUSANDTH = 1e-6
 """Distance from a whole number of thousandths, below which a number has three decimals at most."""
-JUMP = 0.5
+MIN_JUMP = 0.5
 """Step between two rows over the largest number, from which a record jumps."""
-SMOOTHER = 0.1
+MAX_SMOOTHER = 0.1
 """Largest step of a record over its largest number where points are thousands, over that where they are decimals, below
 which they are thousands: a mark of thousands taken for a decimal one divides single rows by a thousand."""
 
@@ -61,6 +61,8 @@ class Numbers(NamedTuple):
     """(n,) float arrays, NaN where a cell has no number."""
     over_range: dict[int, np.ndarray]
     """(m,) int arrays: rows, from 0, whose cell says that the number is over range."""
+    ignored_lines: list[int]
+    """Numbers of the lines that were passed over, from 1."""
 
 
 def read_numbers(path: Path, layout: Layout, wanted: Mapping[int, Marks], clocks: Collection[int] = ()) -> Numbers:
@@ -73,8 +75,8 @@ def read_numbers(path: Path, layout: Layout, wanted: Mapping[int, Marks], clocks
     parts: dict[int, list[np.ndarray]] = {at: [np.empty(0)] for at in wanted}
     words: dict[int, list[int]] = {at: [] for at in wanted}
     readers = {at: Clock() for at in clocks}
-    rows = 0
-    for line, block in _data_blocks(path, layout):
+    rows, ignored = 0, list[int]()
+    for line, block in _data_blocks(path, layout, ignored):
         numbers = _read_at_once(block, layout, wanted)
         if numbers is None:
             numbers, over = _read_cell_by_cell(block, line, layout, wanted, readers)
@@ -86,7 +88,8 @@ def read_numbers(path: Path, layout: Layout, wanted: Mapping[int, Marks], clocks
         if rows > MAX_ROWS:
             raise InvalidValue(f"has more than {MAX_ROWS // 10**6} million rows", "cut it into several records")
     columns = {at: np.concatenate(parts.pop(at)) for at in wanted}
-    return Numbers(columns, {at: _take_out(columns[at], words[at], layout.missing_numbers) for at in wanted})
+    over_range = {at: _take_out(columns[at], words[at], layout.missing_numbers) for at in wanted}
+    return Numbers(columns, over_range, ignored)
 
 
 def _take_out(values: np.ndarray, words: Sequence[int], missing: Collection[float]) -> np.ndarray:
@@ -100,33 +103,25 @@ def _take_out(values: np.ndarray, words: Sequence[int], missing: Collection[floa
     return np.union1d(np.flatnonzero(is_over), np.array(words, dtype=int))
 
 
-def _data_blocks(path: Path, layout: Layout) -> Iterator[tuple[int, bytes]]:
-    """Blocks of the file below its header, each with the number of lines above it; ignored lines are empty in them."""
-    for line, block in _blocks_below(path, layout):
-        yield line, layout.ignored.sub(b"", block) if layout.ignored else block
+def _data_blocks(path: Path, layout: Layout, passed: list[int] | None = None) -> Iterator[tuple[int, bytes]]:
+    """Blocks of the file below its header, each with the number of lines above it.
 
-
-def _blocks_below(path: Path, layout: Layout) -> Iterator[tuple[int, bytes]]:
-    """Blocks of the file below its header as they are, each with the number of lines above it."""
+    Ignored lines are empty in them; `passed` gets their numbers, from 1.
+    """
     line, due = 0, layout.first_line
     for block in blocks_of_lines(path, layout.encoding):
         number = block.count(b"\n")
         while due and number:
             end = block.index(b"\n") + 1
             block, due, number, line = block[end:], due - 1, number - 1, line + 1
+        if block and layout.ignored:
+            if passed is not None:
+                matches = layout.ignored.finditer(block)
+                passed += (line + 1 + block[: match.start()].count(b"\n") for match in matches)
+            block = layout.ignored.sub(b"", block)
         if block:
             yield line, block
         line += number
-
-
-def find_ignored_lines(path: Path, layout: Layout) -> list[int]:
-    r"""Find the lines that are passed over, by their numbers from 1."""
-    if not layout.ignored:
-        return []
-    found: list[int] = []
-    for line, block in _blocks_below(path, layout):
-        found += (line + 1 + block[: match.start()].count(b"\n") for match in layout.ignored.finditer(block))
-    return found
 
 
 def _read_at_once(block: bytes, layout: Layout, wanted: Mapping[int, Marks]) -> dict[int, np.ndarray] | None:
@@ -255,7 +250,7 @@ def is_ambiguous(path: Path, layout: Layout, at: int, values: np.ndarray, decima
     ...     [is_ambiguous(path, layout, at, np.array(values), ".") for at, values in enumerate([[999, 1], [0.5, 0.6]])]
     [True, False]
     """
-    if not decimal or not _may_be_thousands(values) or (layout.is_plain and _largest_step(values) < JUMP):
+    if not decimal or not _may_be_thousands(values) or (layout.is_plain and _largest_step(values) < MIN_JUMP):
         return False
     undecided = re.compile(rf"[+-]?[1-9][0-9]{{0,2}}{re.escape(decimal)}[0-9]{{3}}")
     neutral = re.compile(rf"[+-]?(?:[0-9]{{1,3}}|0{re.escape(decimal)}000)")
@@ -269,7 +264,7 @@ def is_ambiguous(path: Path, layout: Layout, at: int, values: np.ndarray, decima
     marked = np.array(is_marked)
     if not layout.is_plain or not marked.any():
         return bool(marked.any())
-    return _largest_step(np.where(marked, 1e3 * values, values)) < SMOOTHER * _largest_step(values)
+    return _largest_step(np.where(marked, 1e3 * values, values)) < MAX_SMOOTHER * _largest_step(values)
 
 
 def _may_be_thousands(values: np.ndarray) -> bool:
@@ -277,7 +272,9 @@ def _may_be_thousands(values: np.ndarray) -> bool:
     sizes = np.abs(values[np.isfinite(values)])
     sizes = sizes[sizes > 0.0]
     thousandths = 1e3 * sizes
-    is_one = (sizes >= 1.0) & (sizes < 1e3) & (np.abs(thousandths - np.rint(thousandths)) < UNDECIDED * thousandths)
+    is_one = (
+        (sizes >= 1.0) & (sizes < 1e3) & (np.abs(thousandths - np.rint(thousandths)) < MAX_OFF_THOUSANDTH * thousandths)
+    )
     return bool(len(sizes) and np.all(is_one))
 
 

@@ -4,17 +4,18 @@ import codecs
 import os
 import re
 from collections.abc import Iterator
+from io import TextIOWrapper
 from pathlib import Path
 from typing import BinaryIO
 
 from apesim.quantities import InvalidValue, quoted
 from apesim.quantities.files import open_regular, require_file
 
-BLOCK_BYTES = 1 << 22
-"""Bytes that are read at once: many rows, and little memory beside the numbers."""
+BLOCK_LENGTH = 1 << 22
+"""Characters that are read at once: many rows, and little memory beside the numbers."""
 HEAD_BYTES = 1 << 18
 """Bytes from which encoding, separator and marks are guessed: thousands of rows."""
-MAX_LINE_BYTES = 1 << 20
+MAX_LINE_LENGTH = 1 << 20
 """Longest line: far above any row of an instrument; a longer one is no table."""
 WINDOWS = re.compile(rb"[\x80-\x9f]")
 """Bytes that no text in latin-1 has; all but five are characters in cp1252, such as a dash."""
@@ -65,46 +66,28 @@ def read_head(path: Path) -> tuple[bytes, bool]:
         return data, os.fstat(file.fileno()).st_size <= len(data)
 
 
-def blocks_of_lines(path: Path, encoding: str, size: int = BLOCK_BYTES) -> Iterator[bytes]:
+def blocks_of_lines(path: Path, encoding: str, size: int = BLOCK_LENGTH) -> Iterator[bytes]:
     r"""Give the text of a file, as UTF-8, in blocks of whole lines, each ended by a line feed, whatever stood there.
 
-    `size` is how many bytes are read at once. Raises InvalidValue where the file cannot be read, is no such text, or
-    has a line that no table has.
+    `size` is how many characters are read at once. Raises InvalidValue where the file cannot be read, is no such text,
+    or has a line that no table has.
     """
-    # UTF-8 passes as the bytes that it is; any other encoding is decoded, and comes out as UTF-8.
-    is_utf8 = encoding in ("utf-8", "utf-8-sig")
-    decoder = None if is_utf8 else codecs.getincrementaldecoder(encoding)()
-    waiting, lines = b"", 0
-    with open_data(path) as file:
+    # What is no UTF-8 comes out as the bytes that it is, so that the reader of the cells can name its line.
+    is_utf8, lines = encoding in ("utf-8", "utf-8-sig"), 0
+    form = ("utf-8-sig", "surrogateescape") if is_utf8 else (encoding, "strict")
+    with open_data(path) as raw, TextIOWrapper(raw, *form, newline=None) as file:
         while True:
             try:
-                data = file.read(size)
-                text = data if decoder is None else decoder.decode(data, final=not data).encode()
-            except (UnicodeError, OSError) as error:
-                if isinstance(error, OSError):
-                    raise InvalidValue(f"{quoted(str(path))} cannot be read: {error.strerror}") from None
+                text = file.read(size)
+                text += "" if text.endswith("\n") else file.readline(MAX_LINE_LENGTH)
+            except OSError as error:
+                raise InvalidValue(f"{quoted(str(path))} cannot be read: {error.strerror}") from None
+            except UnicodeError:
                 wrong = f"is no text of the encoding {encoding} after line {lines}"
                 raise InvalidValue(wrong, 'write the right encoding = "utf-8" or "latin-1" in [read]') from None
-            if is_utf8 and not lines and not waiting:
-                text = text.removeprefix(codecs.BOM_UTF8)
-            text = waiting + text
-
-            # A carriage return at the end of a block may be half of a line's end: it waits for the next block.
-            if data and text.endswith(b"\r"):
-                cut = len(text) - 1
-            else:
-                cut = len(text)
-            text, waiting = text[:cut].replace(b"\r\n", b"\n").replace(b"\r", b"\n"), text[cut:]
-
-            # Only whole lines are given. A line may go over many blocks, and up to a limit it waits for its end.
-            end = text.rfind(b"\n") + 1
-            text, waiting = text[:end], text[end:] + waiting
-            lines += text.count(b"\n")
-            if len(waiting) > MAX_LINE_BYTES:
-                raise InvalidValue(f"line {lines + 1} is too long for a table", "give a table of text")
-            if text:
-                yield text
-            if not data:
-                if waiting:
-                    yield waiting.replace(b"\r", b"\n") + b"\n"
+            if not text:
                 return
+            lines += text.count("\n")
+            if len(text) - text.rfind("\n") > MAX_LINE_LENGTH:
+                raise InvalidValue(f"line {lines + 1} is too long for a table", "give a table of text")
+            yield (text if text.endswith("\n") else f"{text}\n").encode("utf-8", "surrogateescape")

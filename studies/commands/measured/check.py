@@ -1,5 +1,6 @@
 """Command `apesim measured check`."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +10,7 @@ from apesim.studies.console import BAD_INPUT, DONE
 from apesim.studies.options import Common, MeasuredFolder, Overwrite
 
 if TYPE_CHECKING:
+    from apesim.studies.measured import Measured
     from apesim.studies.measured.plausibility import Finding
 
 HEADER = ("", "file", "channel", "seen", "likely reason", "right")
@@ -45,10 +47,22 @@ def check_measured_folder(
     drawn = check.write(out, overwrite=True) if out is not None else []
     rows = [_row(finding, more) for finding, more in group_findings(check.findings)]
     shown = [table_of("", HEADER, rows, left=range(len(HEADER)))] if rows else []
-    lines = [f"figures in {out}/"] if drawn else []
+    lines = list(_show_tables(measured))
+    lines += [f"figures in {out}/"] if drawn else []
     data = check.to_dict() | {"figures": [str(path) for path in drawn]}
     console.result(data, *shown, *lines, check.summary)
     return BAD_INPUT if check.faults else DONE
+
+
+def _show_tables(measured: "Measured") -> Iterator[str]:
+    """How files were read of whose form something was guessed, as ``measured.toml`` may say it."""
+    files: dict[str, list[str]] = {}
+    for file, table in measured.read.items():
+        if table.guessed:
+            files.setdefault(str(table), []).append(file)
+    for text, (first, *more) in files.items():
+        yield f"{first}{f' and {len(more)} more' if more else ''}, as measured.toml may say it:"
+        yield from text.splitlines()
 
 
 def _row(finding: "Finding", more: int) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from apesim.studies.measured.plausibility.sample_and_hold import find_repeated
-from apesim.studies.measured.plausibility.signals import WIDTH, fill, find_levels, find_noise, smooth
+from apesim.studies.measured.plausibility.signals import WIDTH, fill, find_levels, find_noise, find_noises, smooth
 from apesim.studies.measured.plausibility.thresholds import (
     BESIDE_CLIPPED,
     CODES,
@@ -157,15 +157,18 @@ def has_noise(values: np.ndarray, is_left_out: np.ndarray) -> bool:
     >>> has_noise(noise, np.zeros(80, bool)), has_noise(np.round(noise), np.zeros(80, bool))
     (True, False)
     """
-    windows = [
-        values[start : start + WINDOW]
-        for start in range(0, len(values) - WINDOW + 1, WINDOW)
-        if not is_left_out[start : start + WINDOW].any()
-    ]
-    if not windows:
+    number = len(values) // WINDOW
+    windows, left_out = (each[: number * WINDOW].reshape(number, WINDOW) for each in (values, is_left_out))
+    windows = windows[~left_out.any(axis=1)]
+    if not len(windows):
         return False
-    noises = np.array([find_noise(window) for window in windows])
-    repeats = float(np.mean([np.mean(np.diff(window) == 0.0) for window in windows]))
+
+    # Windows of whole samples at once, as a long record has very many; the others one by one.
+    is_whole = np.isfinite(windows).all(axis=1)
+    noises = np.empty(len(windows))
+    noises[is_whole] = find_noises(windows[is_whole])
+    noises[~is_whole] = [find_noise(window) for window in windows[~is_whole]]
+    repeats = float(np.mean(np.mean(np.diff(windows) == 0.0, axis=1)))
     return bool(np.quantile(noises, 0.1) > MIN_QUIET * np.ptp(values) and repeats < MAX_REPEATS)
 
 

@@ -19,17 +19,17 @@ from apesim.studies.measured.plausibility.disturbances import (
 )
 from apesim.studies.measured.plausibility.signals import find_levels, find_noise
 from apesim.studies.measured.plausibility.thresholds import (
-    COLDEST,
-    HOTTEST,
     MAX_ABOVE,
     MAX_BELOW,
     MAX_NOISE_SHARE,
     MAX_OVER_SPEED,
     MAX_OVER_SUPPLY,
     MAX_SPOILT,
+    MAX_TEMPERATURE,
     MIN_NOISES_ABOVE_VACUUM,
     MIN_NOISES_BEYOND,
     MIN_SAMPLES,
+    MIN_TEMPERATURE,
 )
 from apesim.studies.measured.runs import ENGINE, Disturbance, Masked, Measured, MeasuredRun
 from apesim.studies.measured.sensors import SENSORS
@@ -124,7 +124,7 @@ def find_limits(machine: Machine, run: MeasuredRun, channel: str) -> tuple[float
     """
     values = run.channels[channel]
     if "temperature" in channel:
-        return COLDEST, HOTTEST
+        return MIN_TEMPERATURE, MAX_TEMPERATURE
     if "pressure" in channel:
         return _find_vacuum(values), MAX_OVER_SUPPLY * _find_highest_pressure(machine, run, channel)
     if channel not in ("lift", "velocity"):

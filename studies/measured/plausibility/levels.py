@@ -26,7 +26,6 @@ from apesim.studies.measured.plausibility.signals import (
     smooth,
 )
 from apesim.studies.measured.plausibility.thresholds import (
-    HOPELESS,
     MAX_ABOVE,
     MAX_BELOW,
     MAX_COLD,
@@ -37,6 +36,8 @@ from apesim.studies.measured.plausibility.thresholds import (
     MAX_OFF_PRESSURE_SHARE,
     MAX_OFF_REST,
     MAX_OFF_REST_SHARE,
+    MAX_OFF_SUPPLY_SHARE,
+    MAX_OFF_SUPPLY_TEMPERATURE,
     MAX_SUPPLY_TEMPERATURE,
     MIN_ALIKE,
     MIN_MOVED,
@@ -46,7 +47,6 @@ from apesim.studies.measured.plausibility.thresholds import (
     MIN_SLIPPED,
     MIN_SUPPLY_TEMPERATURE,
     MIN_VELOCITY_FACTOR,
-    NEAR_SUPPLY,
 )
 from apesim.studies.measured.runs import ENGINE, MeasuredRun
 from apesim.studies.measured.sensors import FILE
@@ -125,7 +125,7 @@ def check_supply(
         right = f'write supply = "{_gauge(supply, ambient)}", if that is what it was'
         reason = f"{label.reason.removesuffix('?')}, or another run's?"
         return Finding(Kind.FAULT, Check.SUPPLY, FILE, _key(number, "supply"), seen, reason, right, number), supply
-    kind = Kind.FAULT if abs(off) > HOPELESS * (run.supply - ambient) + tolerance else Kind.WARNING
+    kind = Kind.FAULT if abs(off) > MAX_OFF_SUPPLY_SHARE * (run.supply - ambient) + tolerance else Kind.WARNING
     right = "write the supply that it was, or look at the sensor"
     reason = "is it another run's, or has the regulator moved?"
     return Finding(kind, Check.SUPPLY, FILE, _key(number, "supply"), seen, reason, right, number), run.supply
@@ -226,7 +226,10 @@ def check_temperature(run: MeasuredRun, number: int, channel: str, supply_temper
     is_out = low < MAX_COLD or high > MAX_HOT
     for misreading in TEMPERATURES:
         mended = float(misreading.mend(np.array(middle)))
-        if abs(middle - supply_temperature) > 0.5 * CELSIUS and abs(mended - supply_temperature) < NEAR_SUPPLY:
+        if (
+            abs(middle - supply_temperature) > 0.5 * CELSIUS
+            and abs(mended - supply_temperature) < MAX_OFF_SUPPLY_TEMPERATURE
+        ):
             return Finding(
                 Kind.FAULT, Check.TEMPERATURE, run.data, channel, seen, misreading.reason, misreading.right, number
             )

@@ -15,7 +15,7 @@ from apesim.studies.measured.plausibility.thresholds import (
     MIN_ON_GRID,
 )
 
-LONG = 1.5
+MIN_SKIPPED = 1.5
 """Periods above which a change has skipped one: two samples were equal."""
 
 
@@ -33,7 +33,7 @@ def find_repeated(values: np.ndarray) -> np.ndarray:
         return none
     # The period, from neighbours; behind a long rest without noise many samples were equal.
     gaps = np.diff(changes)
-    period = float(np.mean(gaps[gaps < LONG * np.median(gaps)]))
+    period = float(np.mean(gaps[gaps < MIN_SKIPPED * np.median(gaps)]))
     if period < 2.0 or not _differs(amounts[amounts != 0.0]):
         return none
     # The samples on a grid of that period: all changes stand on it, or something else made them.

@@ -92,8 +92,18 @@ def find_noise(values: np.ndarray) -> float:
     for differences in (np.diff(values, 4), np.diff(values[np.isfinite(values)], 4)):
         known = differences[np.isfinite(differences)]
         if len(known):
-            return float(GAUSSIAN * np.median(np.abs(known)) / np.sqrt(70.0))
+            return float(_of_differences(known))
     return 0.0
+
+
+def find_noises(signals: np.ndarray) -> np.ndarray:
+    """Standard deviations of the noise (m,) of many signals (m, n) without missing samples, see `find_noise`."""
+    return _of_differences(np.diff(signals, 4))
+
+
+def _of_differences(differences: np.ndarray) -> np.ndarray:
+    """Standard deviations of white noise by fourth differences (…, n)."""
+    return GAUSSIAN * np.median(np.abs(differences), axis=-1) / np.sqrt(70.0)
 
 
 def find_edges(times: np.ndarray, values: np.ndarray, *, rises: bool, noise: float = 0.0) -> Edges:

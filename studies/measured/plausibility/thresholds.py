@@ -42,14 +42,14 @@ MAX_LEFT_OF_SUPPLY = 0.25
 MAX_OFF_SPAN = 0.6
 """Share by which the span between two levels may miss the machine's once a unit is mended: leaks and a supply that is
 off change it by less, and the units that are often confused by a factor of six at least."""
-HOPELESS = 0.5
+MAX_OFF_SUPPLY_SHARE = 0.5
 """Share of the supply, above ambient, by which it may be off what a chamber at rest shows before it is refused even
 where no known reason fits: no regulator is as bad."""
 MAX_COLD, MAX_HOT = 120.0, 700.0
 """Temperatures that no chamber and no cylinder of compressed air has [K]."""
 MIN_SUPPLY_TEMPERATURE, MAX_SUPPLY_TEMPERATURE = 230.0, 360.0
 """Temperatures of supply air that laboratories have [K]; others are possible."""
-NEAR_SUPPLY = 80.0
+MAX_OFF_SUPPLY_TEMPERATURE = 80.0
 """Difference to the supply within which a channel of temperature lies in the middle [K]."""
 
 MIN_ALIKE = 0.7
@@ -126,7 +126,7 @@ make up to 1.5, and a supply that is stated as gauge in place of abs hides a thi
 MAX_OVER_SPEED = 2.0
 """Factor on the speed that the whole supply gives the piston over its whole stroke without any loss, for the gain of
 the sensor and a mass that is wrong."""
-COLDEST, HOTTEST = 50.0, 1500.0
+MIN_TEMPERATURE, MAX_TEMPERATURE = 50.0, 1500.0
 """Temperatures that no air here can have, whatever the machine [K]."""
 MIN_NOISES_BEYOND = 4.0
 """Noises beyond a limit of a lift or a velocity from which a sample cannot be: with fewer it may be noise of a valve at

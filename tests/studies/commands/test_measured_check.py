@@ -56,6 +56,9 @@ def test_honest_files_of_a_scope_pass_and_what_was_guessed_and_masked_is_said(fo
     assert done.return_value == 0
     assert 'note: SDS1.csv: read with separator = "comma"' in done.stderr
     assert "a spike" in done.stdout and "SDS2.csv" in done.stdout
+    shown = done.stdout[done.stdout.index("SDS1.csv and 2 more, as measured.toml may say it:") :].splitlines()[1:-1]
+    assert shown[:3] == ["[read]", 'separator = "comma"', 'decimal = "."'] and 'unit.pressure_a = "bar gauge"' in shown
+    assert "\n".join(shown) == json.loads(check(folder, "--json").stdout)["read"]["SDS1.csv"]
     assert done.stdout.splitlines()[-1] == "0 faults, 1 warning, 3 hints in 3 runs"  # no name of a class
 
 

@@ -10,7 +10,7 @@ from apesim.studies.estimation.parameters import DECLARED
 from apesim.studies.measured import CYLINDER, Measured, MeasuredRun, read_measured
 from apesim.studies.measured.plausibility import Kind, examine
 from apesim.studies.measured.prediction import predict, run_of
-from apesim.studies.measured.to_and_fro import split_record
+from apesim.studies.measured.strokes import split_record
 from apesim.valve.rig import RIG_EFFECTS
 from tests.folders import ROOT
 from tests.machines import AMBIENT, changed

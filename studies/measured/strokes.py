@@ -20,13 +20,13 @@ MIN_SAMPLES = 4
 """Samples in such a window: with fewer there is no estimate, as two points are always on a line."""
 MIN_SHARE_OF_SPEED = 0.2
 """Share of the median speed below which the sign of a velocity does not count: the piston is turning."""
-WHOLE = 0.9
+MIN_SHARE_OF_LONGEST = 0.9
 """Share of the longest stroke that a whole one covers: a drive turns at one place to some per cent; records begin and
 end on the way."""
-TURNING = 2.0e-3
+MIN_TURNING = 2.0e-3
 """Least way that is left out at each turning point [m], for the yielding of seals, which is some tenths of a
 millimetre. A drive faster than 20 mm/s moves farther in `HALF_WINDOW`, and that way is left out."""
-CELL = 1.0e-3
+CELL_LENGTH = 1.0e-3
 """Length of a cell [m]: some seven samples at 15 mm/s and 100 Hz."""
 MIN_CELLS = 8
 """Cells of a stroke: with fewer no noise can be estimated."""
@@ -75,7 +75,7 @@ def find_strokes(stroke: np.ndarray, velocity: np.ndarray) -> list[tuple[slice, 
     lengths = [float(np.ptp(stroke[part])) for part in strokes]
     pairs, number = [], 1
     while number < len(strokes):
-        is_whole = min(lengths[number - 1 : number + 1]) >= WHOLE * max(lengths)
+        is_whole = min(lengths[number - 1 : number + 1]) >= MIN_SHARE_OF_LONGEST * max(lengths)
         if is_whole:
             pairs.append((strokes[number - 1], strokes[number]))
         number += 1 + is_whole
@@ -135,10 +135,10 @@ def _divide_stroke(stroke: np.ndarray, velocity: np.ndarray, pairs: list[tuple[s
     if not pairs:
         return np.empty(0)
     parts = [part for pair in pairs for part in pair]
-    turning = max(TURNING, HALF_WINDOW * max(float(np.median(np.abs(velocity[part]))) for part in parts))
+    turning = max(MIN_TURNING, HALF_WINDOW * max(float(np.median(np.abs(velocity[part]))) for part in parts))
     low = max(float(stroke[part].min()) for part in parts) + turning
     high = min(float(stroke[part].max()) for part in parts) - turning
-    return np.arange(low, high, CELL)
+    return np.arange(low, high, CELL_LENGTH)
 
 
 def _average_over_cells(

@@ -6,7 +6,7 @@ import pytest
 from apesim.quantities import InputError
 from apesim.studies.measured import CYLINDER, read_measured
 from apesim.studies.measured.runs import MeasuredRun
-from apesim.studies.measured.to_and_fro import TURNING, estimate_velocity, split_record
+from apesim.studies.measured.strokes import MIN_TURNING, estimate_velocity, split_record
 from tests.machines import AMBIENT
 
 LENGTH, PERIOD = 40e-3, 8.0
@@ -56,7 +56,7 @@ def test_a_record_is_split_into_whole_ways_that_are_repeats():
     assert np.all(np.diff(first.times) > 0.0)
     for run in repeats:
         stroke, velocity = run.given["stroke"], run.given["velocity"]
-        assert stroke.min() > TURNING and stroke.max() < LENGTH - TURNING
+        assert stroke.min() > MIN_TURNING and stroke.max() < LENGTH - MIN_TURNING
         assert np.sum(velocity > 0.0) == pytest.approx(36, abs=1)
         assert np.sum(velocity < 0.0) == pytest.approx(36, abs=1)
         assert abs(velocity) == pytest.approx(np.full(len(velocity), 0.01), rel=1e-6)
