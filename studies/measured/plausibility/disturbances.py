@@ -8,22 +8,9 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from apesim.studies.measured.plausibility import thresholds as limits
 from apesim.studies.measured.plausibility.sample_and_hold import find_repeated
 from apesim.studies.measured.plausibility.signals import WIDTH, fill, find_levels, find_noise, find_noises, smooth
-from apesim.studies.measured.plausibility.thresholds import (
-    BESIDE_CLIPPED,
-    CODES,
-    MAX_FINE,
-    MAX_MASKED,
-    MAX_REPEATS,
-    MAX_RESOLVED,
-    MAX_STRETCH,
-    MIN_SAMPLES,
-    MIN_SINGLE_SHARE,
-    MIN_SPIKE_NOISES,
-    MIN_SPIKE_SHARE,
-    MIN_STUCK,
-)
 from apesim.studies.measured.runs import Disturbance, Masked
 
 ROUNDING = 1e-9
@@ -72,12 +59,12 @@ def mask_disturbances(
     return result, masked
 
 
-def find_impossible(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
-    """Find the samples (n,) that lie at limits, or beyond them, which nothing can reach; never a NaN.
+def find_impossible(values: np.ndarray, bounds: tuple[float, float]) -> np.ndarray:
+    """Find the samples (n,) that lie at bounds, or beyond them, which nothing can reach; never a NaN.
 
-    `limits` are low and high, in the unit of the values.
+    `bounds` are low and high, in the unit of the values.
     """
-    low, high = limits
+    low, high = bounds
     return (values <= low) | (values >= high)  # NaN: neither
 
 
@@ -86,7 +73,7 @@ def find_code_limits(channel: str) -> tuple[float, float]:
 
     They are infinite for a channel that has none.
     """
-    return next((limits for part, limits in CODES.items() if part in channel), (-np.inf, np.inf))
+    return next((bounds for part, bounds in limits.CODES.items() if part in channel), (-np.inf, np.inf))
 
 
 def find_disturbances(
@@ -100,9 +87,9 @@ def find_disturbances(
     """
     known = np.isfinite(values)
     sampled = places[known] if 2 * known.sum() < len(values) else places  # of a slow sampler, its own
-    if known.sum() < MIN_SAMPLES or np.median(np.diff(sampled)) > MAX_RESOLVED[axis]:
+    if known.sum() < limits.MIN_SAMPLES or np.median(np.diff(sampled)) > limits.MAX_RESOLVED[axis]:
         return
-    is_fine = np.median(np.diff(places)) <= MAX_FINE[axis] and has_noise(values, np.zeros(len(values), bool))
+    is_fine = np.median(np.diff(places)) <= limits.MAX_FINE[axis] and has_noise(values, np.zeros(len(values), bool))
     spikes = find_spikes(values, max(noise, find_noise(values)), is_fine=bool(is_fine))
     if spikes.any():
         yield Disturbance.SPIKES, spikes
@@ -118,7 +105,7 @@ def is_short(places: np.ndarray, flags: np.ndarray, axis: str) -> bool:
     the samples.
     """
     longest = max((places[end - 1] - places[first] for first, end in find_runs(flags)), default=0.0)
-    return bool(np.mean(flags) <= MAX_MASKED and longest <= MAX_STRETCH[axis])
+    return bool(np.mean(flags) <= limits.MAX_MASKED and longest <= limits.MAX_STRETCH[axis])
 
 
 def find_spikes(values: np.ndarray, noise: float, *, is_fine: bool = False) -> np.ndarray:
@@ -137,11 +124,11 @@ def find_spikes(values: np.ndarray, noise: float, *, is_fine: bool = False) -> n
     low, high = find_levels(values)
     height = np.where(known, np.abs(filled - fill(smooth(values))), 0.0)
     flags = np.zeros(len(values), bool)
-    found = [(height, MIN_SPIKE_SHARE)]
+    found = [(height, limits.MIN_SPIKE_SHARE)]
     if is_fine:
-        found.append((_find_single_heights(filled, known), MIN_SINGLE_SHARE))
+        found.append((_find_single_heights(filled, known), limits.MIN_SINGLE_SHARE))
     for heights, share in found:
-        limit = max(MIN_SPIKE_NOISES * noise, share * (high - low))
+        limit = max(limits.MIN_SPIKE_NOISES * noise, share * (high - low))
         for place in np.flatnonzero((heights > limit) & ~flags):
             flags[place] = _is_spike(filled, int(place), 0.5 * limit)
     return flags
@@ -169,7 +156,7 @@ def has_noise(values: np.ndarray, is_left_out: np.ndarray) -> bool:
     noises[is_whole] = find_noises(windows[is_whole])
     noises[~is_whole] = [find_noise(window) for window in windows[~is_whole]]
     repeats = float(np.mean(np.mean(np.diff(windows) == 0.0, axis=1)))
-    return bool(np.quantile(noises, 0.1) > MIN_QUIET * np.ptp(values) and repeats < MAX_REPEATS)
+    return bool(np.quantile(noises, 0.1) > MIN_QUIET * np.ptp(values) and repeats < limits.MAX_REPEATS)
 
 
 def find_runs(flags: np.ndarray) -> list[tuple[int, int]]:
@@ -224,7 +211,7 @@ def _find_stretches(values: np.ndarray) -> Iterator[tuple[Disturbance, np.ndarra
         return
     held = np.zeros(len(there), bool)
     for first, end in find_runs(np.abs(np.diff(there)) <= ROUNDING * span):
-        held[first : end + 1] = end + 1 - first >= MIN_STUCK
+        held[first : end + 1] = end + 1 - first >= limits.MIN_STUCK
     if not held.any() or not has_noise(there, held) or not _is_held_seldom(there, held):
         return
     is_clipped = np.zeros(len(there), bool)
@@ -232,7 +219,7 @@ def _find_stretches(values: np.ndarray) -> Iterator[tuple[Disturbance, np.ndarra
         is_at_rail = np.abs(there - rail) <= ROUNDING * span
         if (is_at_rail & held).any():
             is_clipped |= is_at_rail
-    widened = np.convolve(is_clipped, np.ones(2 * BESIDE_CLIPPED + 1), mode="same") > 0.5
+    widened = np.convolve(is_clipped, np.ones(2 * limits.BESIDE_CLIPPED + 1), mode="same") > 0.5
     for disturbance, flags in (
         (Disturbance.CLIPPED, widened),
         (Disturbance.STUCK, held & ~widened),

@@ -5,15 +5,14 @@ from typing import NamedTuple
 
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
-from apesim.studies.measured.plausibility.cylinder_bench import check_cylinder_run, drop_repeated
-from apesim.studies.measured.plausibility.engine_bench import check_engine_run
+from apesim.studies.measured.plausibility.benches import check_cylinder_run, check_engine_run, check_valve_run
+from apesim.studies.measured.plausibility.cylinder_bench import drop_repeated
 from apesim.studies.measured.plausibility.expected import Expected
 from apesim.studies.measured.plausibility.findings import Check, Finding, Kind, group_findings
 from apesim.studies.measured.plausibility.folder import check_folder, escalate_crank_angle, escalate_still
 from apesim.studies.measured.plausibility.impossible import find_spoilt, without
 from apesim.studies.measured.plausibility.machine_file import FLIGHT_KEYS, check_machine
 from apesim.studies.measured.plausibility.records import check_ends, check_masked, check_record, describe_spoilt
-from apesim.studies.measured.plausibility.valve_bench import check_valve_run
 from apesim.studies.measured.runs import CYLINDER, ENGINE, VALVE, Measured, MeasuredRun
 
 BENCHES = {VALVE: check_valve_run, ENGINE: check_engine_run, CYLINDER: check_cylinder_run}

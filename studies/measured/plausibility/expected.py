@@ -38,6 +38,10 @@ class Expected(NamedTuple):
         return np.where(np.isnan(run.channels[channel]), np.nan, values) if channel in run.channels else values
 
 
+NOTHING_SHOWN = Expected(np.empty(0), {}, {}, False)
+"""What is known of the machine before it is simulated."""
+
+
 def expect(machine: Machine, run: MeasuredRun) -> Expected | None:
     """Simulate a measured run, from its first sample to beyond its last; None: the machine could not be simulated."""
     if run.bench == ENGINE:

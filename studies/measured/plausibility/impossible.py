@@ -11,6 +11,7 @@ import numpy as np
 
 from apesim.engine.kinematics import clearance_volume, crank_of, cylinder_volume
 from apesim.engine.machine import Machine
+from apesim.studies.measured.plausibility import thresholds as limits
 from apesim.studies.measured.plausibility.disturbances import (
     find_code_limits,
     find_disturbances,
@@ -18,19 +19,6 @@ from apesim.studies.measured.plausibility.disturbances import (
     is_short,
 )
 from apesim.studies.measured.plausibility.signals import find_levels, find_noise
-from apesim.studies.measured.plausibility.thresholds import (
-    MAX_ABOVE,
-    MAX_BELOW,
-    MAX_NOISE_SHARE,
-    MAX_OVER_SPEED,
-    MAX_OVER_SUPPLY,
-    MAX_SPOILT,
-    MAX_TEMPERATURE,
-    MIN_NOISES_ABOVE_VACUUM,
-    MIN_NOISES_BEYOND,
-    MIN_SAMPLES,
-    MIN_TEMPERATURE,
-)
 from apesim.studies.measured.runs import ENGINE, Disturbance, Masked, Measured, MeasuredRun
 from apesim.studies.measured.sensors import SENSORS
 
@@ -77,7 +65,7 @@ def find_flags(machine: Machine, run: MeasuredRun, *, spares_spikes: bool = Fals
     """
     axis, places = SENSORS[run.bench].axis, run.angles if run.bench == ENGINE else run.times
     for channel, values in run.channels.items():
-        if np.isfinite(values).sum() < MIN_SAMPLES:
+        if np.isfinite(values).sum() < limits.MIN_SAMPLES:
             continue
         flags = find_impossible(values, find_limits(machine, run, channel))
         for disturbance, spikes in find_disturbances(places, values, axis) if flags.any() else ():
@@ -87,7 +75,7 @@ def find_flags(machine: Machine, run: MeasuredRun, *, spares_spikes: bool = Fals
             yield channel, flags
 
 
-def find_spoilt(machine: Machine, run: MeasuredRun, number: int, max_share: float = MAX_SPOILT) -> list[Masked]:
+def find_spoilt(machine: Machine, run: MeasuredRun, number: int, max_share: float = limits.MAX_SPOILT) -> list[Masked]:
     """Find what the machine rules out in the channels of a run of which it spoils a part alone.
 
     That part is at most the share `max_share` of a channel's samples; `number` is that of the run in the folder, from
@@ -124,28 +112,28 @@ def find_limits(machine: Machine, run: MeasuredRun, channel: str) -> tuple[float
     """
     values = run.channels[channel]
     if "temperature" in channel:
-        return MIN_TEMPERATURE, MAX_TEMPERATURE
+        return limits.MIN_TEMPERATURE, limits.MAX_TEMPERATURE
     if "pressure" in channel:
-        return _find_vacuum(values), MAX_OVER_SUPPLY * _find_highest_pressure(machine, run, channel)
+        return _find_vacuum(values), limits.MAX_OVER_SUPPLY * _find_highest_pressure(machine, run, channel)
     if channel not in ("lift", "velocity"):
         return find_code_limits(channel)
     stroke, noise = machine.valve.stroke, find_noise(values)
-    low, high = MAX_BELOW * stroke, MAX_ABOVE * stroke
+    low, high = limits.MAX_BELOW * stroke, limits.MAX_ABOVE * stroke
     if channel == "velocity":
         push = _find_supply(machine, run) * machine.valve.piston_area
-        high = MAX_OVER_SPEED * sqrt(2.0 * push * stroke / machine.valve.moving_mass)
+        high = limits.MAX_OVER_SPEED * sqrt(2.0 * push * stroke / machine.valve.moving_mass)
         low = -high
-    if noise > MAX_NOISE_SHARE * (high - low):
+    if noise > limits.MAX_NOISE_SHARE * (high - low):
         return find_code_limits(channel)
-    return low - MIN_NOISES_BEYOND * noise, high + MIN_NOISES_BEYOND * noise
+    return low - limits.MIN_NOISES_BEYOND * noise, high + limits.MIN_NOISES_BEYOND * noise
 
 
 def _find_vacuum(values: np.ndarray) -> float:
     """Absolute pressure that a trace cannot fall to [Pa]: zero, or less by noise where it comes near to it."""
     above, noise = values[values > 0.0], find_noise(values)
-    if len(above) < MIN_SAMPLES:
+    if len(above) < limits.MIN_SAMPLES:
         return 0.0
-    return min(0.0, find_levels(above)[0] - MIN_NOISES_ABOVE_VACUUM * noise)
+    return min(0.0, find_levels(above)[0] - limits.MIN_NOISES_ABOVE_VACUUM * noise)
 
 
 def _find_supply(machine: Machine, run: MeasuredRun) -> float:
@@ -172,6 +160,6 @@ def _name_impossible(machine: Machine, masked: Masked, run: MeasuredRun) -> Mask
     """What was masked as a held or clipped value, named for what it is where no rig has that value."""
     if masked.disturbance not in (Disturbance.CLIPPED, Disturbance.STUCK):
         return masked
-    limits = find_limits(machine, run, masked.channel)
-    is_impossible = bool(find_impossible(np.array([np.median(masked.values)]), limits)[0])
+    bounds = find_limits(machine, run, masked.channel)
+    is_impossible = bool(find_impossible(np.array([np.median(masked.values)]), bounds)[0])
     return masked._replace(disturbance=Disturbance.IMPOSSIBLE) if is_impossible else masked

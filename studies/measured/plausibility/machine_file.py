@@ -12,29 +12,10 @@ import numpy as np
 from apesim.engine.known_to import GAIN
 from apesim.engine.machine import Machine
 from apesim.quantities.uncertainties import Uncertainty
+from apesim.studies.measured.plausibility import thresholds as limits
 from apesim.studies.measured.plausibility.expected import Expected, expect
 from apesim.studies.measured.plausibility.findings import Check, Finding, Kind, show
 from apesim.studies.measured.plausibility.signals import find_levels, find_noise, select_judged, smooth
-from apesim.studies.measured.plausibility.thresholds import (
-    FLAT_LEVEL,
-    MAX_COMPARED,
-    MAX_FLIGHT_FACTOR,
-    MAX_GAIN,
-    MAX_LEFT_OF_GAIN,
-    MAX_OFF_STROKE,
-    MAX_OFF_STROKE_WARNED,
-    MAX_TOPS_APART,
-    MIN_BLIND,
-    MIN_FLAT,
-    MIN_FLAT_SHARE,
-    MIN_FLIGHT_STEPS,
-    MIN_GAP,
-    MIN_MOVED,
-    MIN_NOISES_FLAT,
-    MIN_REACHED,
-    MIN_REACHED_OF_PRIOR,
-    MIN_SAMPLES,
-)
 from apesim.studies.measured.prediction import with_value
 from apesim.studies.measured.runs import VALVE, Measured, MeasuredRun
 
@@ -97,29 +78,31 @@ def _find_top(machine: Machine, number: int, run: MeasuredRun, expected: Expecte
         return None
     low, high = find_levels(values)[0], float(np.nanmax(smooth(values)))  # a hop is shorter than a level
     noise = find_noise(values)
-    near = 4.0 * noise + FLAT_LEVEL * (high - low)
+    near = 4.0 * noise + limits.FLAT_LEVEL * (high - low)
     flat, rest = values[values >= high - near], values[values <= low + near]
     away = np.sum(values > 0.5 * (low + high))
-    lasting = max(MIN_FLAT / float(np.median(np.diff(run.times))), MIN_FLAT_SHARE * away, MIN_SAMPLES)
+    lasting = max(
+        limits.MIN_FLAT / float(np.median(np.diff(run.times))), limits.MIN_FLAT_SHARE * away, limits.MIN_SAMPLES
+    )
     if len(flat) < lasting:
         return None
     span = float(np.median(flat) - np.median(rest))
-    moves = span > max(MIN_NOISES_FLAT * noise, MIN_MOVED * machine.valve.stroke)
+    moves = span > max(limits.MIN_NOISES_FLAT * noise, limits.MIN_MOVED * machine.valve.stroke)
     return _Top(number, run, expected, span) if moves else None
 
 
 def _check_stroke(machine: Machine, measured: Measured, tops: Sequence[_Top]) -> Iterator[Finding]:
     """Finding of lifts that end flat at another place than the stroke, where the machine comes to its stop."""
     reaching = [(top, float(np.ptp(top.expected.channels["lift"]))) for top in tops]
-    shares = np.array([top.span / span for top, span in reaching if span > MIN_REACHED * machine.valve.stroke])
-    if not len(shares) or np.ptp(shares) > MAX_TOPS_APART:
+    shares = np.array([top.span / span for top, span in reaching if span > limits.MIN_REACHED * machine.valve.stroke])
+    if not len(shares) or np.ptp(shares) > limits.MAX_TOPS_APART:
         return
     share = float(np.median(shares))
-    if not (shares.max() < 1.0 - MAX_OFF_STROKE_WARNED or shares.min() > 1.0 + MAX_OFF_STROKE_WARNED):
+    if not (shares.max() < 1.0 - limits.MAX_OFF_STROKE_WARNED or shares.min() > 1.0 + limits.MAX_OFF_STROKE_WARNED):
         return
     off = abs(share - 1.0)
-    is_allowed = off <= MIN_REACHED_OF_PRIOR * _find_deviation(machine, measured)
-    is_wrong = off > MAX_GAIN or (off > MAX_OFF_STROKE and _is_shorter(machine, tops, share))
+    is_allowed = off <= limits.MIN_REACHED_OF_PRIOR * _find_deviation(machine, measured)
+    is_wrong = off > limits.MAX_GAIN or (off > limits.MAX_OFF_STROKE and _is_shorter(machine, tops, share))
     kind = Kind.FAULT if is_wrong and not is_allowed else Kind.WARNING
     first, flat = tops[0], share * machine.valve.stroke
     many = f"all {len(shares)} runs" if len(shares) > 1 else "the run"
@@ -137,7 +120,7 @@ def _is_shorter(machine: Machine, tops: Sequence[_Top], share: float) -> bool:
     """
     shorter = with_value(machine, "valve.stroke", share * machine.valve.stroke)
     left_of_gain = left_of_stroke = 0.0
-    for top in tops[:MAX_COMPARED]:
+    for top in tops[: limits.MAX_COMPARED]:
         shown = expect(shorter, top.run)
         if shown is None:
             return False
@@ -146,7 +129,7 @@ def _is_shorter(machine: Machine, tops: Sequence[_Top], share: float) -> bool:
         gained, other = share * top.expected.at("lift", top.run), shown.at("lift", top.run)
         left_of_gain += max(float(np.nanmean((values - gained) ** 2)) - noise, 0.0)
         left_of_stroke += max(float(np.nanmean((values - other) ** 2)) - noise, 0.0)
-    return left_of_stroke < MAX_LEFT_OF_GAIN * left_of_gain
+    return left_of_stroke < limits.MAX_LEFT_OF_GAIN * left_of_gain
 
 
 def _find_deviation(machine: Machine, measured: Measured) -> float:
@@ -174,7 +157,7 @@ def _check_flight(machine: Machine, tops: Sequence[_Top]) -> Iterator[Finding]:
             return
         of_machine.append(own)
         ratios.append(own / flight)
-    if not (min(ratios) > MAX_FLIGHT_FACTOR or max(ratios) < 1.0 / MAX_FLIGHT_FACTOR):
+    if not (min(ratios) > limits.MAX_FLIGHT_FACTOR or max(ratios) < 1.0 / limits.MAX_FLIGHT_FACTOR):
         return
     flight, first = known[0]
     many = f"all {len(known)} runs" if len(known) > 1 else "the run"
@@ -195,9 +178,9 @@ def _time_machine(machine: Machine, top: _Top, flight: float) -> float | None:
     stroke = machine.valve.stroke
     own = _time_opening(top.expected, stroke)
     step = float(np.median(np.diff(top.run.times)))
-    if abs(own - flight) <= MIN_FLIGHT_STEPS * step:
+    if abs(own - flight) <= limits.MIN_FLIGHT_STEPS * step:
         return flight  # the samples do not tell
-    if own > MAX_FLIGHT_FACTOR * flight:
+    if own > limits.MAX_FLIGHT_FACTOR * flight:
         lasting = expect(machine, top.run._replace(pulse=max(top.run.pulse, float(top.run.times[-1]))))
         return None if lasting is None else _time_opening(lasting, stroke)
     return own
@@ -206,7 +189,7 @@ def _time_machine(machine: Machine, top: _Top, flight: float) -> float | None:
 def _time_opening(expected: Expected, stroke: float) -> float:
     """Time of the opening flight of a machine [s]; inf: it does not come to its stop."""
     lift = expected.channels["lift"]
-    return _time_flight(expected.places, lift, stroke) if np.ptp(lift) > MIN_REACHED * stroke else inf
+    return _time_flight(expected.places, lift, stroke) if np.ptp(lift) > limits.MIN_REACHED * stroke else inf
 
 
 def _time_flight(times: np.ndarray, lift: np.ndarray, span: float) -> float:
@@ -219,7 +202,7 @@ def _time_flight(times: np.ndarray, lift: np.ndarray, span: float) -> float:
         place = int(np.argmax(away > share * span))
         if place == 0:
             return nan
-        if np.ptp(times[place - 1 : place + 1]) > max(MIN_GAP * usual, MIN_BLIND):
+        if np.ptp(times[place - 1 : place + 1]) > max(limits.MIN_GAP * usual, limits.MIN_BLIND):
             return nan
         part = (share * span - away[place - 1]) / (away[place] - away[place - 1])
         crossings.append(float(times[place - 1] + part * (times[place] - times[place - 1])))

@@ -5,9 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from apesim.studies.measured.plausibility import thresholds as limits
 from apesim.studies.measured.plausibility.expected import Expected
-from apesim.studies.measured.plausibility.findings import Check, Finding, Kind
+from apesim.studies.measured.plausibility.findings import Kind
 from apesim.studies.measured.plausibility.misreadings import TIME_FACTORS, explain_factor
+from apesim.studies.measured.plausibility.rows import CHAMBERS, Case, Seen
 from apesim.studies.measured.plausibility.signals import (
     Edges,
     find_correlation,
@@ -17,33 +19,12 @@ from apesim.studies.measured.plausibility.signals import (
     find_span,
     smooth,
 )
-from apesim.studies.measured.plausibility.thresholds import (
-    MAX_LEFT_AFTER_SHIFT,
-    MAX_OFF_FACTOR,
-    MAX_OFF_TIME_UNIT,
-    MAX_OPENS,
-    MAX_TRIED_SHIFT,
-    MAX_UNEQUAL,
-    MIN_ALIKE,
-    MIN_BETTER,
-    MIN_LATE_WARNED,
-    MIN_MOVED,
-    MIN_ONE_EDGE_LATE,
-    MIN_OPENS,
-    MIN_PULSE_OFF,
-    MIN_PULSE_OFF_SHARE,
-    MIN_SHIFT_REFUSED,
-    MIN_SHIFT_WARNED,
-    PULSE_FACTOR,
-)
 from apesim.studies.measured.runs import MeasuredRun
-from apesim.studies.measured.sensors import FILE
 
-SHIFTS = np.linspace(-MAX_TRIED_SHIFT, MAX_TRIED_SHIFT, 81)
+SHIFTS = np.linspace(-limits.MAX_TRIED_SHIFT, limits.MAX_TRIED_SHIFT, 81)
 """Shifts at which shapes are compared [s]: steps of 0.5 ms."""
 FINE_SHIFTS = np.linspace(-2e-3, 2e-3, 81)
 """Shifts about a rough one among which the best is taken [s]."""
-CHAMBERS = ("pressure_a", "pressure_b")
 TIMED = ("lift", *CHAMBERS)
 """Channels that tell when the valve moves."""
 
@@ -70,7 +51,7 @@ def moves(values: np.ndarray, machine_values: np.ndarray) -> bool:
     """Tell whether a channel moves where the machine's does; True where the machine's does not move either."""
     span = find_span(machine_values)
     low, high = find_levels(values)
-    return bool(span == 0.0 or high - low > MIN_MOVED * span)
+    return bool(span == 0.0 or high - low > limits.MIN_MOVED * span)
 
 
 def compare_shapes(run: MeasuredRun, values: np.ndarray, expected: Expected, channel: str) -> tuple[float, float]:
@@ -89,67 +70,45 @@ def compare_shapes(run: MeasuredRun, values: np.ndarray, expected: Expected, cha
     return max(found), -min(found)
 
 
-def check_swapped(
-    run: MeasuredRun, number: int, values: Mapping[str, np.ndarray], expected: Expected
-) -> Finding | None:
-    """Check whether the columns of the chambers stand for each other.
-
-    `values` are the channels freed of what checks of levels have found [SI]; `expected` has both chambers.
-    """
-    here = [channel for channel in CHAMBERS if channel in values]
-    if not here:
-        return None
-    if not _go_as_each_other(run, values, expected, CHAMBERS, here):
+def judge_swapped(case: Case, channel: str) -> Seen | None:
+    """Tell whether the columns of the chambers stand for each other; the case goes on without them."""
+    here = [channel for channel in CHAMBERS if channel in case.values]
+    if not here or not _go_as_each_other(case, CHAMBERS, here):
         return None
     seen = "goes as the other chamber of the machine does: b is filled and a emptied to open the valve"
-    right = "exchange pressure_a and pressure_b in the header, or in columns of [read]"
-    return Finding(Kind.FAULT, Check.SWAPPED, run.data, " and ".join(here), seen, "a and b swapped?", right, number)
+    return Seen(seen, channel=" and ".join(here), mended=case.without(*CHAMBERS))
 
 
-def _go_as_each_other(
-    run: MeasuredRun,
-    values: Mapping[str, np.ndarray],
-    expected: Expected,
-    pair: Sequence[str],
-    here: Sequence[str],
-) -> bool:
+def _go_as_each_other(case: Case, pair: Sequence[str], here: Sequence[str]) -> bool:
     """Whether those of two channels that are here go clearly better as the other of the two."""
+    run, values, expected = case.run, case.values, case.expected
     own = [compare_shapes(run, values[channel], expected, channel)[0] for channel in here]
     other = [compare_shapes(run, values[channel], expected, pair[channel == pair[0]])[0] for channel in here]
-    return bool(min(other) >= MIN_ALIKE and np.mean(other) >= np.mean(own) + MIN_BETTER)
+    return bool(min(other) >= limits.MIN_ALIKE and np.mean(other) >= np.mean(own) + limits.MIN_BETTER)
 
 
-def check_exchanged(
-    run: MeasuredRun, number: int, values: Mapping[str, np.ndarray], expected: Expected
-) -> Finding | None:
-    """Check whether the columns of lift and of chamber A stand for each other, whatever their units make of them.
+def judge_exchanged(case: Case, channel: str) -> Seen | None:
+    """Tell whether the columns of lift and of chamber A stand for each other, whatever their units make of them.
 
-    `values` are the channels as they are read [SI]; `expected` has lift and both chambers. Chamber A alone is judged:
-    chamber B and the lift have much the same shape.
+    Chamber A alone is judged: chamber B and the lift have much the same shape. The case goes on without them.
     """
-    pair = ("lift", "pressure_a")
-    if not all(channel in values for channel in pair):
+    pair, values = ("lift", "pressure_a"), case.values
+    if not _go_as_each_other(case, pair, pair):
         return None
-    if not _go_as_each_other(run, values, expected, pair, pair):
-        return None
-    if "pressure_b" in values and compare_shapes(run, values["pressure_b"], expected, "pressure_b")[0] < MIN_ALIKE:
-        return None  # else a lift turned round and swapped chambers would look the same
-    seen = "goes as the other channel of the machine does"
-    right = "exchange lift and pressure_a in the header, or in columns of [read]"
-    return Finding(
-        Kind.FAULT, Check.EXCHANGED, run.data, " and ".join(pair), seen, f"{' and '.join(pair)} swapped?", right, number
-    )
+    if "pressure_b" in values:
+        alike, _ = compare_shapes(case.run, values["pressure_b"], case.expected, "pressure_b")
+        if alike < limits.MIN_ALIKE:
+            return None  # else a lift turned round and swapped chambers would look the same
+    return Seen("goes as the other channel of the machine does", mended=case.without(*pair))
 
 
-def check_inverted(run: MeasuredRun, number: int, values: np.ndarray, expected: Expected) -> Finding | None:
-    """Check whether a lift within the stroke [m] is measured from the open stop."""
-    alike, turned = compare_shapes(run, values, expected, "lift")
-    if turned < MIN_ALIKE or turned < alike + MIN_BETTER:
+def judge_inverted(case: Case, channel: str) -> Seen | None:
+    """Tell whether a lift within the stroke [m] is measured from the open stop."""
+    alike, turned = compare_shapes(case.run, case.values[channel], case.expected, channel)
+    if turned < limits.MIN_ALIKE or turned < alike + limits.MIN_BETTER:
         return None
-    seen = "is high where the valve is closed and low where it is open"
-    right = "give the stroke less these values: lift is 0 closed and positive towards open"
-    reason = "inverted, measured from the open stop?"
-    return Finding(Kind.FAULT, Check.INVERTED, run.data, "lift", seen, reason, right, number)
+    values = {**case.values, channel: case.machine.valve.stroke - case.values[channel]}
+    return Seen("is high where the valve is closed and low where it is open", mended=case._replace(values=values))
 
 
 def find_motions(run: MeasuredRun, values: Mapping[str, np.ndarray], expected: Expected) -> list[Motion]:
@@ -167,7 +126,7 @@ def find_motions(run: MeasuredRun, values: Mapping[str, np.ndarray], expected: E
         if channel not in values or not moves(values[channel], expected.channels[channel]):
             continue
         machine_values = expected.channels[channel]
-        if np.ptp(machine_values) <= MIN_MOVED * find_span(smooth(values[channel])):
+        if np.ptp(machine_values) <= limits.MIN_MOVED * find_span(smooth(values[channel])):
             continue
         rises = bool(machine_values[0] < 0.5 * (machine_values.min() + machine_values.max()))
         machine = find_edges(expected.places, machine_values, rises=rises)
@@ -176,30 +135,24 @@ def find_motions(run: MeasuredRun, values: Mapping[str, np.ndarray], expected: E
     return found
 
 
-def check_time_unit(run: MeasuredRun, number: int, values: Mapping[str, np.ndarray]) -> Finding | None:
-    """Check the unit of the times: how long the valve is open, and when it opens, by the pulse; channels in SI."""
+def judge_time_unit(case: Case, key: str) -> Seen | None:
+    """Judge the unit of the times: how long the valve is open, and when it opens, by the pulse."""
+    run, values = case.run, case.values
     for channel in (*CHAMBERS, "lift"):
         if channel not in values:
             continue
         edges = find_edges(run.times, values[channel], rises=channel != "pressure_a")
         width = edges.returns - edges.leaves
-        unit = explain_factor(width / run.pulse, TIME_FACTORS, MAX_OFF_TIME_UNIT) if width > 0.0 else None
-        if unit and MIN_OPENS < unit.factor * edges.leaves < MAX_OPENS:
+        unit = explain_factor(width / run.pulse, TIME_FACTORS, limits.MAX_OFF_TIME_UNIT) if width > 0.0 else None
+        if unit and limits.MIN_OPENS < unit.factor * edges.leaves < limits.MAX_OPENS:
             seen = f"by the {channel.replace('_', ' ')} the valve is open for {width:.3g} s, "
-            seen += f"where the pulse is {1e3 * run.pulse:.4g} ms"
-            return Finding(Kind.FAULT, Check.TIME_UNIT, run.data, "time", seen, unit.reason, unit.right, number)
+            return Seen(f"{seen}where the pulse is {1e3 * run.pulse:.4g} ms").explained(unit)
     return None
 
 
-def check_times(run: MeasuredRun, number: int, values: Mapping[str, np.ndarray], expected: Expected) -> Finding | None:
-    """Check whether the valve moves when it can: after the command, and about as late as the machine's; channels in SI.
-
-    >>> times = np.arange(0.0, 100e-3, 1e-3)
-    >>> lift = np.where(abs(times - 40e-3) < 15e-3, 9e-3, 0.0)
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": np.roll(lift, 10)})
-    >>> check_times(run, 0, run.channels, Expected(times, {"lift": lift}, {}, False)).reason
-    'trigger 10.0 ms early?'
-    """
+def judge_times(case: Case, key: str) -> Seen | None:
+    """Tell whether the valve moves when it can: after the command, and about as late as the machine's."""
+    run, values, expected = case.run, case.values, case.expected
     motions = find_motions(run, values, expected)
     if not motions:
         return None
@@ -209,7 +162,7 @@ def check_times(run: MeasuredRun, number: int, values: Mapping[str, np.ndarray],
     opening, closing = _median(shifts[:, 0]), _median(shifts[:, 1])
     before = [motion for motion in motions if _is_before_command(motion, run)]
     rough = _median(np.array([opening, closing]))
-    is_common = abs(opening - closing) <= max(MAX_UNEQUAL[0], MAX_UNEQUAL[1] * abs(rough))  # NaN: False
+    is_common = abs(opening - closing) <= max(limits.MAX_UNEQUAL[0], limits.MAX_UNEQUAL[1] * abs(rough))  # NaN: False
     channel = (before or motions)[0].channel
 
     # Motion before the command is a fault of the times, whatever the machine is.
@@ -217,27 +170,27 @@ def check_times(run: MeasuredRun, number: int, values: Mapping[str, np.ndarray],
         begins = min(motion.measured.begins for motion in before)
         at = "at its first sample" if begins == run.times[0] else f"at {1e3 * begins:.1f} ms"
         seen, reason = f"is away from its rest {at}, before the command can have moved anything", "trigger late?"
-        if np.isfinite(rough) and rough < -MIN_SHIFT_WARNED:
+        if np.isfinite(rough) and rough < -limits.MIN_SHIFT_WARNED:
             late = -_refine(run, values, expected, motions, rough)[0]
             seen += f", and {1e3 * late:.1f} ms earlier than the machine's"
             reason = f"trigger {1e3 * late:.1f} ms late?"
             right = f"add {1e3 * late:.1f} ms to the times: t = 0 is the command"
         else:
             right = "make t = 0 the command"
-        return Finding(Kind.FAULT, Check.TIME_ZERO, run.data, channel, seen, reason, right, number)
+        return Seen(seen, Kind.FAULT, reason, right, channel=channel)
 
     # A shift of both edges may be one of the times. Of one edge alone it has to be longer than any effect delays it.
     if not np.isfinite(opening) and not np.isfinite(closing):
         return None
-    one_edge = np.isfinite(opening) and not np.isfinite(closing) and abs(opening) >= MIN_ONE_EDGE_LATE
-    if not ((is_common and abs(rough) >= MIN_SHIFT_WARNED) or one_edge):
+    one_edge = np.isfinite(opening) and not np.isfinite(closing) and abs(opening) >= limits.MIN_ONE_EDGE_LATE
+    if not ((is_common and abs(rough) >= limits.MIN_SHIFT_WARNED) or one_edge):
         return None
 
     # The shift by the whole traces, which also tell whether their shape fits: only then is it refused.
     shift, left = _refine(run, values, expected, motions, rough)
-    if abs(shift) < MIN_SHIFT_WARNED:
+    if abs(shift) < limits.MIN_SHIFT_WARNED:
         return None
-    kind = Kind.FAULT if abs(shift) >= MIN_SHIFT_REFUSED and left < MAX_LEFT_AFTER_SHIFT else Kind.WARNING
+    kind = Kind.FAULT if abs(shift) >= limits.MIN_SHIFT_REFUSED and left < limits.MAX_LEFT_AFTER_SHIFT else Kind.WARNING
     size, when = f"{1e3 * abs(shift):.1f} ms", "later" if shift > 0.0 else "earlier"
     what = "opens" if one_edge else "opens and closes"
     seen = f"{what} {size} {when} than the machine's"
@@ -246,28 +199,16 @@ def check_times(run: MeasuredRun, number: int, values: Mapping[str, np.ndarray],
     )
     right += "the machine: t = 0 is the command"
     reason = f"trigger {size} {'early' if shift > 0.0 else 'late'}?"
-    return Finding(kind, Check.TIME_ZERO, run.data, channel, seen, reason, right, number)
+    return Seen(seen, kind, reason, right, channel=channel)
 
 
-def check_pulse(
-    run: MeasuredRun, number: int, values: Mapping[str, np.ndarray], expected: Expected, simulated: float
-) -> tuple[Finding | None, float]:
-    """Check whether the pulse was as long as the run states, by its channels [SI].
+def judge_pulse(case: Case, expected: Expected, simulated: float) -> tuple[Seen | None, float]:
+    """Tell whether the pulse was as long as the run states, by its channels.
 
-    `simulated` is the pulse that it was simulated with [s]: the stated one, or one about as long as the measured one
-    where the stated one moves nothing. Returns the pulse that it must have been, too, or that of the run where there is
-    no finding [s].
-
-    >>> samples = np.arange(200)
-    >>> times = samples * 1e-3
-    >>> pressure = np.where((samples >= 36) & (samples < 45), 0.1e6, 0.5e6)
-    >>> longer = np.where((samples >= 36) & (samples < 135), 0.1e6, 0.5e6)
-    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 10e-3, "fit", times, {"pressure_a": longer})
-    >>> expected = Expected(times, {"pressure_a": pressure}, {}, False)
-    >>> finding, pulse = check_pulse(run, 0, run.channels, expected, 10e-3)
-    >>> finding.reason, round(pulse, 3)
-    ('100 ms called 10 ms?', 0.1)
+    `simulated` is the pulse of `expected` [s]: the stated one, or one about as long as the measured one where the
+    stated one moves nothing. Returns the pulse that it must have been, too, or that of the run where it is right [s].
     """
+    run, values = case.run, case.values
     motions = [motion for motion in find_motions(run, values, expected) if np.isfinite(motion.opening)]
     off_by = {motion.channel: motion.closing - motion.opening for motion in motions}
     by_pressure = _median(np.array([off_by.get(channel, np.nan) for channel in CHAMBERS]))
@@ -275,19 +216,22 @@ def check_pulse(
     off = by_pressure if np.isfinite(by_pressure) else by_lift
     pulse = simulated + off
     off = pulse - run.pulse
-    if not abs(off) >= MIN_LATE_WARNED:  # NaN, too
+    if not abs(off) >= limits.MIN_LATE_WARNED:  # NaN, too
         return None, run.pulse
     ratio = max(pulse, 1e-4) / run.pulse
-    slips = [factor for factor in (PULSE_FACTOR, 1.0 / PULSE_FACTOR) if abs(np.log(ratio / factor)) < MAX_OFF_FACTOR]
-    is_sure = np.isfinite(by_pressure) and abs(off) >= max(MIN_PULSE_OFF, MIN_PULSE_OFF_SHARE * run.pulse)
+    slips = [
+        factor
+        for factor in (limits.PULSE_FACTOR, 1.0 / limits.PULSE_FACTOR)
+        if abs(np.log(ratio / factor)) < limits.MAX_OFF_FACTOR
+    ]
+    is_sure = np.isfinite(by_pressure) and abs(off) >= max(limits.MIN_PULSE_OFF, limits.MIN_PULSE_OFF_SHARE * run.pulse)
     channel = motions[0].channel if not np.isfinite(by_pressure) else "chamber pressures"
     seen = f"is stated as {1e3 * run.pulse:.4g} ms; by the {channel.replace('_', ' ')} the release came after about "
     seen += f"{1e3 * pulse:.1f} ms"
     reason = f"{1e3 * run.pulse * slips[0]:.4g} ms called {1e3 * run.pulse:.4g} ms?" if slips else "another pulse?"
     kind = Kind.FAULT if is_sure or slips else Kind.WARNING
     right = "write the pulse that it was" + ("" if kind == Kind.FAULT else ", unless the valve is so slow to close")
-    key = f"run {number + 1}.pulse"
-    return Finding(kind, Check.PULSE, FILE, key, seen, reason, right, number), pulse
+    return Seen(seen, kind, reason, right), pulse
 
 
 def _median(values: np.ndarray) -> float:
@@ -303,7 +247,7 @@ def _is_before_command(motion: Motion, run: MeasuredRun) -> bool:
     """
     edges = motion.measured
     if edges.starts_away:
-        return edges.begins < motion.machine.begins - MIN_SHIFT_WARNED
+        return edges.begins < motion.machine.begins - limits.MIN_SHIFT_WARNED
     return edges.begins < -float(np.median(np.diff(run.times)))
 
 

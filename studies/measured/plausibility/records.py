@@ -6,6 +6,7 @@ from math import sqrt
 import numpy as np
 
 from apesim.studies.measured.columns import TIME
+from apesim.studies.measured.plausibility import thresholds as limits
 from apesim.studies.measured.plausibility.disturbances import (
     ROUNDING,
     find_disturbances,
@@ -15,22 +16,6 @@ from apesim.studies.measured.plausibility.disturbances import (
 )
 from apesim.studies.measured.plausibility.findings import Check, Finding, Kind, show
 from apesim.studies.measured.plausibility.signals import find_noise
-from apesim.studies.measured.plausibility.thresholds import (
-    CLOSES,
-    MAX_SATURATED,
-    MAX_STEP_OVER_NOISE,
-    MAX_STEP_SHARE,
-    MAX_UNEVEN,
-    MIN_CLIPPED,
-    MIN_CLIPPED_AWAY,
-    MIN_FOR_SATURATION,
-    MIN_GAP,
-    MIN_IN_MOTION,
-    MIN_MISSING_WARNED,
-    MIN_SAMPLES,
-    MIN_STEP_SHARE,
-    MIN_UNEVEN_WARNED,
-)
 from apesim.studies.measured.runs import CYLINDER, ENGINE, VALVE, Disturbance, Masked, Measured, MeasuredRun
 from apesim.studies.measured.sensors import ANGLE
 
@@ -52,7 +37,7 @@ def check_record(
     for channel, values in run.channels.items():
         lost = sum(each.share for each in masked if each.channel == channel)
         yield from _check_missing(run, number, channel, values, lost)
-        if np.isfinite(values).sum() < MIN_SAMPLES:
+        if np.isfinite(values).sum() < limits.MIN_SAMPLES:
             continue
         if np.ptp(values[np.isfinite(values)]) == 0.0:
             right = "is the sensor connected? else leave the column out"
@@ -78,7 +63,7 @@ def check_ends(run: MeasuredRun, number: int, channel: str, machine_values: np.n
     """
     known = np.isfinite(run.channels[channel])
     values = run.channels[channel][known]
-    if len(values) < 2 * MIN_CLIPPED:
+    if len(values) < 2 * limits.MIN_CLIPPED:
         return
     machine_values = machine_values[known] if machine_values is not None else None
     span = np.ptp(values)
@@ -90,9 +75,12 @@ def check_ends(run: MeasuredRun, number: int, channel: str, machine_values: np.n
     for end, name, sign in ((values.max(), "largest", 1.0), (values.min(), "smallest", -1.0)):
         is_at_end = np.abs(values - end) <= ROUNDING * span
         longest = max(end - first for first, end in find_runs(is_at_end))
-        if longest >= MIN_CLIPPED and (
+        if longest >= limits.MIN_CLIPPED and (
             has_noise(values, is_at_end)
-            or (channel != "lift" and _goes_on(machine_values, is_at_end, sign * end, sign, MIN_CLIPPED_AWAY * span))
+            or (
+                channel != "lift"
+                and _goes_on(machine_values, is_at_end, sign * end, sign, limits.MIN_CLIPPED_AWAY * span)
+            )
         ):
             shown = show(run.bench, channel, end)
             seen = f"stays at exactly {shown}, its {name} value, for {longest} samples in a row"
@@ -103,9 +91,9 @@ def check_ends(run: MeasuredRun, number: int, channel: str, machine_values: np.n
             return
 
     # Many equal values that are not in a row may be right. In a short record they may be chance.
-    for end in (values.max(), values.min()) if len(values) > MIN_FOR_SATURATION else ():
+    for end in (values.max(), values.min()) if len(values) > limits.MIN_FOR_SATURATION else ():
         is_at_end = values == end
-        if np.mean(is_at_end) > MAX_SATURATED and (channel != "lift" or has_noise(values, is_at_end)):
+        if np.mean(is_at_end) > limits.MAX_SATURATED and (channel != "lift" or has_noise(values, is_at_end)):
             seen = "stays at its largest or smallest value"
             right = "look whether it is right there"
             yield Finding(
@@ -121,10 +109,10 @@ def _check_sampling(run: MeasuredRun, number: int) -> Iterator[Finding]:
         return
 
     # A valve's record without its motion is of no use, however evenly it is sampled.
-    in_motion = int(np.sum((run.times >= 0.0) & (run.times <= run.pulse + CLOSES)))
-    if run.bench == VALVE and in_motion < MIN_IN_MOTION:
+    in_motion = int(np.sum((run.times >= 0.0) & (run.times <= run.pulse + limits.CLOSES)))
+    if run.bench == VALVE and in_motion < limits.MIN_IN_MOTION:
         many = f"{in_motion or 'no'} sample{'s' * (in_motion != 1)}"
-        seen = f"{many} from the command to {1e3 * CLOSES:.0f} ms after the release"
+        seen = f"{many} from the command to {1e3 * limits.CLOSES:.0f} ms after the release"
         reason, right = (
             "is t = 0 the command, and is the unit of time right?",
             "record while the valve moves, and finer",
@@ -134,7 +122,7 @@ def _check_sampling(run: MeasuredRun, number: int) -> Iterator[Finding]:
 
     # Gaps, or else uneven steps: a gap makes them uneven, too.
     usual = float(np.median(steps))
-    gaps = np.flatnonzero(steps > MIN_GAP * usual)
+    gaps = np.flatnonzero(steps > limits.MIN_GAP * usual)
     axis = "crank_angle" if run.bench == ENGINE else "time"
     shown, unit = (np.degrees(run.angles), "deg") if run.bench == ENGINE else (run.times * 1e3, "ms")
     if len(gaps):
@@ -143,10 +131,10 @@ def _check_sampling(run: MeasuredRun, number: int) -> Iterator[Finding]:
         seen = f"{many} from {shown[longest]:.6g} to {shown[longest + 1]:.6g} {unit}"
         right = "nothing is known between them; record without pauses"
         yield Finding(Kind.WARNING, Check.GAPS, run.data, axis, seen, "samples lost?", right, number)
-    elif np.ptp(steps) > MAX_UNEVEN * usual:
+    elif np.ptp(steps) > limits.MAX_UNEVEN * usual:
         seen = "the samples are not evenly spaced"
         right = "the colour of noise is taken as if they were"
-        kind = Kind.WARNING if np.ptp(steps) > MIN_UNEVEN_WARNED * usual else Kind.HINT
+        kind = Kind.WARNING if np.ptp(steps) > limits.MIN_UNEVEN_WARNED * usual else Kind.HINT
         yield Finding(kind, Check.SPACING, run.data, axis, seen, "", right, number)
 
 
@@ -156,7 +144,7 @@ def _check_missing(
     """Missing cells, besides those that were masked."""
     share = 1.0 - float(np.isfinite(values).mean()) - masked_share if len(values) else 0.0
     if share > ROUNDING:
-        kind = Kind.WARNING if share >= MIN_MISSING_WARNED else Kind.HINT
+        kind = Kind.WARNING if share >= limits.MIN_MISSING_WARNED else Kind.HINT
         seen = f"{100.0 * share:.2g} % of the cells are missing"
         yield Finding(kind, Check.MISSING, run.data, channel, seen, "", "what is there is used", number)
 
@@ -165,7 +153,7 @@ def _check_steps(run: MeasuredRun, number: int, channel: str, stated: float | No
     """Values in steps that noise does not carry the signal between."""
     values = run.channels[channel][np.isfinite(run.channels[channel])]
     span, step = float(np.ptp(values)), _find_step(values)
-    if step < max(MIN_STEP_SHARE * span, MAX_STEP_OVER_NOISE * noise):
+    if step < max(limits.MIN_STEP_SHARE * span, limits.MAX_STEP_OVER_NOISE * noise):
         return
     shown = _show_difference(run, channel, step)
     right = "choose a narrower range or more bits"
@@ -174,7 +162,7 @@ def _check_steps(run: MeasuredRun, number: int, channel: str, stated: float | No
         right = f"state a noise of {_show_difference(run, channel, step / sqrt(12.0))} or more, or {right}"
     else:
         seen = f"comes in steps of {shown}, far above its noise"
-    kind = Kind.FAULT if stated is not None or step > MAX_STEP_SHARE * span else Kind.WARNING
+    kind = Kind.FAULT if stated is not None or step > limits.MAX_STEP_SHARE * span else Kind.WARNING
     yield Finding(kind, Check.QUANTISED, run.data, channel, seen, "quantised by the recorder?", right, number)
 
 

@@ -5,14 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from apesim.studies.measured.plausibility.thresholds import (
-    LEVEL_SHARE,
-    MIN_BLIND,
-    MIN_GAP,
-    MIN_NOISES_MOVED,
-    MIN_SAMPLES,
-    MOVED,
-)
+from apesim.studies.measured.plausibility import thresholds as limits
 from apesim.studies.measured.runs import MeasuredRun
 
 WIDTH = 5
@@ -50,7 +43,7 @@ def select_judged(run: MeasuredRun) -> dict[str, np.ndarray]:
     return {
         name: values
         for name, values in run.channels.items()
-        if np.isfinite(values).sum() >= MIN_SAMPLES and find_span(values) > 0.0
+        if np.isfinite(values).sum() >= limits.MIN_SAMPLES and find_span(values) > 0.0
     }
 
 
@@ -76,7 +69,7 @@ def find_span(values: np.ndarray) -> float:
 
 def find_levels(values: np.ndarray) -> tuple[float, float]:
     """Lowest and highest level of a signal (n,), in its unit; NaN where a sample is missing."""
-    low, high = np.nanquantile(smooth(values), (LEVEL_SHARE, 1.0 - LEVEL_SHARE))
+    low, high = np.nanquantile(smooth(values), (limits.LEVEL_SHARE, 1.0 - limits.LEVEL_SHARE))
     return float(low), float(high)
 
 
@@ -117,12 +110,12 @@ def find_edges(times: np.ndarray, values: np.ndarray, *, rises: bool, noise: flo
     """
     known = np.isfinite(values)
     times, smoothed = times[known], smooth(values)[known] * (1.0 if rises else -1.0)
-    low, high = np.quantile(smoothed, (LEVEL_SHARE, 1.0 - LEVEL_SHARE))
+    low, high = np.quantile(smoothed, (limits.LEVEL_SHARE, 1.0 - limits.LEVEL_SHARE))
     away = smoothed - low
     leaves = _crossing(times, away - 0.5 * (high - low))
     beyond = leaves is not None and leaves == times[0] and away[0] > 0.5 * (high - low)
     returns = None if leaves is None else _last_return(times, away - 0.5 * (high - low))
-    begun = _lasting(away > max(MOVED * (high - low), MIN_NOISES_MOVED * noise))
+    begun = _lasting(away > max(limits.MOVED * (high - low), limits.MIN_NOISES_MOVED * noise))
     return Edges(
         np.nan if leaves is None or beyond else leaves,
         np.nan if returns is None else returns,
@@ -160,7 +153,7 @@ def _crossing(times: np.ndarray, values: np.ndarray) -> float | None:
     if place == 0:
         return float(times[0])
     step = times[place] - times[place - 1]
-    if step > max(MIN_GAP * np.median(np.diff(times)), MIN_BLIND):
+    if step > max(limits.MIN_GAP * np.median(np.diff(times)), limits.MIN_BLIND):
         return None
     below, above = values[place - 1], values[place]
     return float(times[place - 1] + step * (-below / (above - below) if above > below else 1))

@@ -528,6 +528,12 @@ def test_a_top_dead_centre_that_is_off_is_told(turned, kind, channels):
     assert f"{abs(turned):.0f} deg" in one.right
 
 
+def test_a_crank_angle_from_bottom_dead_centre_is_a_fault_that_says_so():
+    [one] = [one for one in findings(engine(turned=180.0)) if one.check == "crank angle"]
+    assert (one.kind, one.reason) == ("fault", "0 deg at bottom dead centre?")
+    assert abs(np.degrees(one.size)) == pytest.approx(180.0, abs=2.0)
+
+
 @pytest.mark.parametrize(
     ("angles", "kinds"),
     [
