@@ -209,7 +209,7 @@ def read_dialect(
 
     # Every key is read, whatever is wrong with others: a wrong one leaves a fault, and its default in the dialect.
     separator = reading.word("separator", tuple(SEPARATORS))
-    marks = reading.marks(section, table)
+    marks = reading.marks()
     dialect = Dialect(
         table=table,
         separator=SEPARATORS[separator] if separator else None,
@@ -257,16 +257,14 @@ class _Reading:
         self.fault(key, f"{quoted(value)} {wrong}", right)
         return default
 
-    def word(
-        self, key: str, words: tuple[str, ...], table: Mapping[str, Any] | None = None, at: str = ""
-    ) -> str | None:
+    def word(self, key: str, words: tuple[str, ...]) -> str | None:
         """One of several words; None where it is not given."""
-        table = self.table if table is None else table
-        if key not in table or (isinstance(table[key], str) and table[key] in words):
-            return table.get(key)
         *others, last = (f'"{word}"' for word in words)
-        self.fault(f"{at}{key}", f"{quoted(table[key])} is no option", f"write {', '.join(others)} or {last}")
-        return None
+        right = f"write {', '.join(others)} or {last}"
+        value: str | None = self.take(
+            key, None, lambda value: value is None or (isinstance(value, str) and value in words), "is no option", right
+        )
+        return value
 
     def truth(self, key: str, *, default: bool) -> bool:
         """A truth value."""
@@ -334,20 +332,20 @@ class _Reading:
             self.fault("ignore_lines", f"a row of numbers may begin with {quoted(text)}, too", right)
         return tuple(text.strip() for text in texts)
 
-    def marks(self, section: str, table: Mapping[str, Any]) -> Marks:
+    def marks(self) -> Marks:
         """Marks in numbers."""
-        at = f"{section}.".removeprefix(f"{self.section}.")
-        return Marks(self.word("decimal", DECIMALS, table, at), self.word("thousands", THOUSANDS, table, at))
+        return Marks(self.word("decimal", DECIMALS), self.word("thousands", THOUSANDS))
 
     def marks_by_column(self) -> dict[str, Marks]:
         """Marks of columns that have their own."""
         marks = {}
         right = f'write [{self.section}.column.time] with thousands = "."'
         for name, table in self.entries("column", right).items():
-            section = f"{self.section}.column.{name}"
             if isinstance(table, dict):
-                self.faults += find_unknown_keys(self.file, section, table, Marks._fields)
-                marks[name] = self.marks(section, table)
+                column = _Reading(self.file, f"{self.section}.column.{name}", table, ())
+                column.faults += find_unknown_keys(self.file, column.section, table, Marks._fields)
+                marks[name] = column.marks()
+                self.faults += column.faults
             else:
                 self.fault(f"column.{name}", f"{quoted(table)} is no table", right)
         return marks

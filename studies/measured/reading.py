@@ -71,6 +71,16 @@ MAX_TURNED = -0.5
 is 1, or -1 if turned; noise and drifts only bring it nearer to 0."""
 
 
+class _Gathered:
+    """What is said of the files of a folder, gathered run by run."""
+
+    def __init__(self) -> None:
+        self.faults: list[Fault] = []
+        self.hints: list[str] = []
+        self.masked: list[Masked] = []
+        self.tables: dict[str, ReadTable] = {}
+
+
 @public
 def read_measured(
     folder: str | PathLike[str], ambient_pressure: Given = STANDARD_AMBIENT, bench: str | None = None
@@ -120,7 +130,8 @@ def read_measured(
     # A folder of a bench that is of no use is refused alone, before any of its other keys are judged.
     path = Path(folder) / FILE
     data = load_folder_file(path)
-    all_faults: list[Fault] = []
+    gathered = _Gathered()
+    all_faults = gathered.faults
     file, given = str(path), data.get("bench")
     if bench and given in BENCHES and given != bench:
         right = f'give a folder with bench = "{bench}"'
@@ -149,9 +160,6 @@ def read_measured(
     all_faults += dialect_faults
 
     # The runs, each with its own [read] over that of the folder. By a wrong one no file is read.
-    hints: list[str] = []
-    masked: list[Masked] = []
-    read_tables: dict[str, ReadTable] = {}
     tables = data.get("run")
     runs: list[MeasuredRun | None] = []
     if not isinstance(tables, list) or not tables or not all(isinstance(run, dict) for run in tables):
@@ -161,15 +169,14 @@ def read_measured(
         right = f"share them out over folders of {MAX_RUNS} at most"
         raise InputError([Fault(file, "run", f"{len(tables)} runs, more than the {MAX_RUNS} that are read", right)])
     for number, run in enumerate(tables, 1):
-        section, before = f"run {number}", len(masked)
-        dialect = common
+        section, dialect, before = f"run {number}", common, len(gathered.masked)
         if READ in run and common:
             merged = merge_tables(read, take_read_table(file, f"{section}.{READ}", run, all_faults))
             at = f"{section}.{READ}"
             dialect, dialect_faults = read_stated_dialect(file, at, merged, names, is_timed=is_timed)
             all_faults += dialect_faults
-        runs.append(_run(path, section, run, known, above, dialect, all_faults, hints, masked, read_tables))
-        masked = [*masked[:before], *(each._replace(run=number - 1) for each in masked[before:])]
+        runs.append(_run(path, section, run, known, above, dialect, gathered))
+        gathered.masked[before:] = [each._replace(run=number - 1) for each in gathered.masked[before:]]
 
     # Only what is right is cut into repeats. A record of a cylinder becomes several runs, which changes the numbers of
     # those behind it, and so those of what is masked.
@@ -185,12 +192,9 @@ def read_measured(
             all_faults += error.faults
     if all_faults:
         raise InputError(all_faults)
-    hints += find_absent_sensors(known_to, repeats)
-    masked = [each._replace(run=first_repeats[each.run]) for each in masked]
-    said = tuple(dict.fromkeys(hints))
-    return Measured(
-        str(folder), noise, tuple(repeats), known, above, said, known_to, tuple(masked), scatter, read_tables
-    )
+    hints = tuple(dict.fromkeys([*gathered.hints, *find_absent_sensors(known_to, repeats)]))
+    masked = tuple(each._replace(run=first_repeats[each.run]) for each in gathered.masked)
+    return Measured(str(folder), noise, tuple(repeats), known, above, hints, known_to, masked, scatter, gathered.tables)
 
 
 def _noise(file: str, given: Any, sensors: Mapping[str, Any], all_faults: list[Fault]) -> dict[str, float]:
@@ -221,13 +225,11 @@ def _run(
     bench: Bench,
     ambient_pressure: float,
     dialect: Dialect | None,
-    all_faults: list[Fault],
-    hints: list[str],
-    masked: list[Masked],
-    read_tables: dict[str, ReadTable],
+    gathered: _Gathered,
 ) -> MeasuredRun | None:
-    """A run; None if it is wrong, which all_faults say. Without a dialect its file is not read."""
-    file, before, sensors = str(path), len(all_faults), SENSORS[bench]
+    """A run; None if it is wrong, which the faults say. Without a dialect its file is not read."""
+    file, all_faults, sensors = str(path), gathered.faults, SENSORS[bench]
+    before = len(all_faults)
     all_faults += find_unknown_keys(file, section, given, (*TEXT_KEYS, *sensors.keys, READ))
 
     # What is due, and the value of each key. A wrong one stays NaN, and the others are read all the same.
@@ -259,11 +261,7 @@ def _run(
         try:
             data = path_below(path.parent, given["data"])
             require_file(data, 'write data = "p040.csv", its path from the folder')
-            columns, said, lost, table = _columns(data, sensors, ambient_pressure, dialect, all_faults)
-            hints += said
-            masked += lost
-            if table is not None:
-                read_tables[given["data"]] = table
+            columns = _columns(data, given["data"], sensors, ambient_pressure, dialect, gathered)
         except InvalidValue as wrong:
             all_faults.append(Fault(file, f"{section}.data", wrong.wrong, wrong.right))
 
@@ -326,9 +324,9 @@ def _run_of(
 
 
 def _columns(
-    path: Path, sensors: Sensors, ambient_pressure: float, dialect: Dialect, all_faults: list[Fault]
-) -> tuple[dict[str, np.ndarray], list[str], list[Masked], ReadTable | None]:
-    """Columns of a file, SI, by name, thinned, what is said of them, what is masked, and the ``[read]`` of the file."""
+    path: Path, name: str, sensors: Sensors, ambient_pressure: float, dialect: Dialect, gathered: _Gathered
+) -> dict[str, np.ndarray]:
+    """Columns of a file, SI, by name, thinned to what the model resolves; `name` is that of the file in the folder."""
     file, axis, declared = str(path), sensors.axis, sensors.columns
     sensor = "force [N]" if sensors.given else "lift [mm]"
     header = ",".join([f"{axis} [{sensors.axis_unit}]", *(f"{n} [{u}]" for n, u in sensors.given.items()), sensor])
@@ -357,15 +355,18 @@ def _columns(
 
     # Masked before it is thinned: a mean would spread a disturbance over good samples. What is over range is flagged
     # row by row, as the file has them.
-    masked: list[Masked] = []
     if not faults:
         if not sensors.given:  # else samples are averaged over cells of the stroke, all columns alike
             columns, masked = mask_disturbances(columns, axis, sensors.traces)
-        masked += _over_range(columns[axis], sensors, over_range)
+            gathered.masked += masked
+        gathered.masked += _over_range(columns[axis], sensors, over_range)
         columns, said = thin(columns, axis)
         hints += [f"{path.name}: {text}" for text in said]
-    all_faults += faults
-    return columns, hints, masked, table
+    gathered.faults += faults
+    gathered.hints += hints
+    if table is not None:
+        gathered.tables[name] = table
+    return columns
 
 
 def _over_range(places: np.ndarray, sensors: Sensors, over_range: Mapping[str, np.ndarray]) -> Iterator[Masked]:

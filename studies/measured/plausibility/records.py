@@ -23,6 +23,22 @@ MAX_OFF_STEP = 0.02
 """Share of a step by which values may lie beside its multiples: the rounding of a file of a few digits."""
 MIN_VALUES = 3
 """Different values that tell a step."""
+DISTURBANCES = {
+    Disturbance.SPIKES: (Check.SPIKES, "an electric disturbance?", "shield the cable"),
+    Disturbance.REPEATED: (Check.SLOW, "was it sampled more slowly?", "record it as fast as its rows"),
+    Disturbance.IMPOSSIBLE: (
+        Check.IMPOSSIBLE,
+        "a code of the recorder, a loose contact?",
+        "look at cable and recorder",
+    ),
+    Disturbance.STUCK: (Check.STUCK, "did the recorder hold its last value?", "look at recorder and connection"),
+    Disturbance.CLIPPED: (
+        Check.CLIPPED,
+        "clipped at the end of its range?",
+        "choose a wider range of sensor and recorder",
+    ),
+}
+"""What is said of each disturbance: the check, the likely reason, and what helps."""
 
 
 def check_record(
@@ -210,33 +226,25 @@ def describe_spoilt(run: MeasuredRun, spoilt: Masked) -> Finding:
 def _describe_disturbance(run: MeasuredRun, masked: Masked, *, is_masked: bool, is_short: bool) -> Finding:
     """The finding of a disturbance of a channel."""
     number, places = len(masked.places), masked.places
-    is_spikes = masked.disturbance == Disturbance.SPIKES
     axis, _ = _axis(run)
     shown = [f"{np.degrees(place):.5g} deg" if axis == ANGLE else f"{place * 1e3:.5g} ms" for place in places]
+    check, reason, right = DISTURBANCES[masked.disturbance]
 
-    # What is seen of each kind, what may have made it, and what helps.
-    if is_spikes:
+    # What is seen of each kind.
+    if masked.disturbance == Disturbance.SPIKES:
         farthest = int(np.argmax(np.abs(masked.values - np.median(masked.values)))) if number > 1 else 0
         many = f"{number} spikes, one" if number > 1 else "a spike"
         seen = f"{many} to {show(run.bench, masked.channel, masked.values[farthest])} at {shown[farthest]}"
-        check, reason, right = Check.SPIKES, "an electric disturbance?", "shield the cable"
     elif masked.disturbance == Disturbance.REPEATED:
         rows = max(2, round(1.0 / max(1.0 - masked.share, 1e-3)))
         seen = f"changes in one of about {rows} rows alone, and repeats its value in the others"
-        check, reason, right = Check.SLOW, "was it sampled more slowly?", "record it as fast as its rows"
     elif masked.disturbance == Disturbance.IMPOSSIBLE:
         where = f"from {shown[0].split()[0]} to {shown[-1]}" if number > 1 else f"at {shown[0]}"
         value = show(run.bench, masked.channel, float(np.median(masked.values)))
         seen = f"{number} sample{'s' * (number > 1)} {where} cannot be, one of {value}"
-        check, reason = Check.IMPOSSIBLE, "a code of the recorder, a loose contact?"
-        right = "look at cable and recorder"
     else:
         held = show(run.bench, masked.channel, float(np.median(masked.values)))
         seen = f"stays at exactly {held} for {number} samples between {shown[0]} and {shown[-1]}"
-        check, reason, right = Check.STUCK, "did the recorder hold its last value?", "look at recorder and connection"
-        if masked.disturbance == Disturbance.CLIPPED:
-            check, reason = Check.CLIPPED, "clipped at the end of its range?"
-            right = "choose a wider range of sensor and recorder"
 
     # Samples without any number cannot be shown by their values: the file itself said what they are.
     if np.isnan(masked.values).all():
