@@ -23,11 +23,10 @@ import numpy as np
 from apesim.quantities import Fault, InputError, InvalidValue, quoted
 from apesim.quantities.files import path_below, require_file
 from apesim.studies.measured.columns import TIME, read_columns
-from apesim.studies.measured.dialect import READ, Dialect, find_unknown_keys, merge_tables
+from apesim.studies.measured.dialect import READ, Dialect, find_unknown_keys, merge_tables, read_dialect
 from apesim.studies.measured.folder_file import (
     find_unknown_start,
     load_folder_file,
-    read_stated_dialect,
     shift_to_start,
     take_read_table,
 )
@@ -159,7 +158,7 @@ def _tests_of(given: Path) -> list[tuple[Path, Dialect | None]]:
     # From here on faults are gathered, so that one call names them all.
     all_faults += find_unknown_keys(file, "", data, ("bench", READ, "run"))
     read = take_read_table(file, READ, data, all_faults)
-    common, wrong_dialect = read_stated_dialect(file, READ, read, tuple(COLUMNS), is_timed=True)
+    common, wrong_dialect = read_dialect(file, READ, read, tuple(COLUMNS), is_timed=True)
     all_faults += wrong_dialect
     runs = data.get("run")
     if not isinstance(runs, list) or not runs or not all(isinstance(run, dict) for run in runs):
@@ -177,7 +176,7 @@ def _tests_of(given: Path) -> list[tuple[Path, Dialect | None]]:
         if READ in run:
             at = f"{section}.{READ}"
             merged = merge_tables(read, take_read_table(file, at, run, all_faults))
-            dialect, wrong_dialect = read_stated_dialect(file, at, merged, tuple(COLUMNS), is_timed=True)
+            dialect, wrong_dialect = read_dialect(file, at, merged, tuple(COLUMNS), is_timed=True)
             all_faults += wrong_dialect
         try:
             tests.append((_file_of(path.parent, run), dialect))

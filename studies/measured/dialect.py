@@ -197,12 +197,14 @@ def find_unknown_keys(file: str, section: str, given: Collection[str], valid: Co
 
 def read_dialect(
     file: str, section: str, table: Mapping[str, Any], names: Collection[str], *, is_timed: bool
-) -> tuple[Dialect, list[Fault]]:
-    r"""Read a table ``[read]``; the dialect comes without what is wrong, which is in the faults.
+) -> tuple[Dialect | None, list[Fault]]:
+    """Read the dialect that a table ``[read]`` states; None: the table is wrong. Of an empty one all is guessed.
 
     `section` is the table's name in the file, `names` are those of the columns that are known here; `is_timed`: the
     traces stand over time, so that there is a ``start``.
     """
+    if not table:
+        return Dialect(), []
     reading = _Reading(file, section, table, names)
     faults = reading.faults
     faults += find_unknown_keys(file, section, table, KEYS)
@@ -235,7 +237,7 @@ def read_dialect(
         faults += _headless_faults(file, section, dialect)
     if not faults:
         faults += _contradictions(file, section, dialect)
-    return dialect, faults
+    return None if faults else dialect, faults
 
 
 class _Reading:

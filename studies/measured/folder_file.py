@@ -1,6 +1,6 @@
 """The file ``measured.toml`` of a folder: its text, its tables ``[read]``, and the instant that is t = 0 by them."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from apesim.quantities import Fault, InputError, InvalidValue, quoted
 from apesim.quantities.files import path_below, text_of
 from apesim.quantities.toml_text import parse_toml
-from apesim.studies.measured.dialect import COMMAND, FIRST_ROW, READ, Dialect, read_dialect
+from apesim.studies.measured.dialect import COMMAND, FIRST_ROW, READ, Dialect
 
 
 def load_folder_file(path: Path) -> dict[str, Any]:
@@ -35,20 +35,6 @@ def take_read_table(file: str, section: str, data: Mapping[str, Any], all_faults
         Fault(file, section, f"{quoted(table)} is no table", f"write [{'' if section == READ else 'run.'}{READ}]")
     )
     return {}
-
-
-def read_stated_dialect(
-    file: str, section: str, table: Mapping[str, Any], names: Collection[str], *, is_timed: bool
-) -> tuple[Dialect | None, list[Fault]]:
-    """Read the dialect that a table ``[read]`` states; None: the table is wrong.
-
-    `table` is empty where there is none, so that all is guessed; `section` is its name in the file, `names` are those
-    of the columns that are known here; `is_timed`: the traces stand over time, so that there is a ``start``.
-    """
-    if not table:
-        return Dialect(), []
-    dialect, faults = read_dialect(file, section, table, names, is_timed=is_timed)
-    return None if faults else dialect, faults
 
 
 def find_unknown_start(file: str, axis: str, dialect: Dialect, *, is_counted: bool) -> Iterator[Fault]:

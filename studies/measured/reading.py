@@ -20,11 +20,10 @@ from apesim.quantities.files import path_below, require_file
 from apesim.quantities.trees import fields
 from apesim.studies.calls import public
 from apesim.studies.measured.columns import TIME, read_columns
-from apesim.studies.measured.dialect import READ, Dialect, ReadTable, find_unknown_keys, merge_tables
+from apesim.studies.measured.dialect import READ, Dialect, ReadTable, find_unknown_keys, merge_tables, read_dialect
 from apesim.studies.measured.folder_file import (
     find_unknown_start,
     load_folder_file,
-    read_stated_dialect,
     shift_to_start,
     take_read_table,
 )
@@ -156,7 +155,7 @@ def read_measured(
     read = take_read_table(file, READ, data, all_faults)
     names = (*sensors.columns, *(name for name in sensors.computed if name not in sensors.columns))
     is_timed = sensors.axis == TIME
-    common, dialect_faults = read_stated_dialect(file, READ, read, names, is_timed=is_timed)
+    common, dialect_faults = read_dialect(file, READ, read, names, is_timed=is_timed)
     all_faults += dialect_faults
 
     # The runs, each with its own [read] over that of the folder. By a wrong one no file is read.
@@ -173,7 +172,7 @@ def read_measured(
         if READ in run and common:
             merged = merge_tables(read, take_read_table(file, f"{section}.{READ}", run, all_faults))
             at = f"{section}.{READ}"
-            dialect, dialect_faults = read_stated_dialect(file, at, merged, names, is_timed=is_timed)
+            dialect, dialect_faults = read_dialect(file, at, merged, names, is_timed=is_timed)
             all_faults += dialect_faults
         runs.append(_run(path, section, run, known, above, dialect, gathered))
         gathered.masked[before:] = [each._replace(run=number - 1) for each in gathered.masked[before:]]
