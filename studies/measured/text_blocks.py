@@ -25,6 +25,10 @@ MIN_ZEROS = 0.2
 """Share of zero bytes above which a text without a mark of its byte order is UTF-16: half of them are zero there, and
 none in other texts."""
 
+MARK, MARKING = "\udc80", "apesim.mark"
+"""Character that no text has, and the name of what puts it where bytes are no text of an encoding."""
+codecs.register_error(MARKING, lambda error: (MARK, error.end))  # type: ignore[attr-defined]
+
 
 def open_data(path: Path) -> BinaryIO:
     """Open a regular file for reading; raises InvalidValue where it cannot be read, or is no regular file."""
@@ -74,7 +78,7 @@ def blocks_of_lines(path: Path, encoding: str, size: int = BLOCK_LENGTH) -> Iter
     """
     # What is no UTF-8 comes out as the bytes that it is, so that the reader of the cells can name its line.
     is_utf8, lines = encoding in ("utf-8", "utf-8-sig"), 0
-    form = ("utf-8-sig", "surrogateescape") if is_utf8 else (encoding, "strict")
+    form = ("utf-8-sig", "surrogateescape") if is_utf8 else (encoding, MARKING)
     with open_data(path) as raw, TextIOWrapper(raw, *form, newline=None) as file:
         while True:
             try:
@@ -82,11 +86,14 @@ def blocks_of_lines(path: Path, encoding: str, size: int = BLOCK_LENGTH) -> Iter
                 text += "" if text.endswith("\n") else file.readline(MAX_LINE_LENGTH)
             except OSError as error:
                 raise InvalidValue(f"{quoted(str(path))} cannot be read: {error.strerror}") from None
-            except UnicodeError:
-                wrong = f"is no text of the encoding {encoding} after line {lines}"
-                raise InvalidValue(wrong, 'write the right encoding = "utf-8" or "latin-1" in [read]') from None
+            except UnicodeError:  # UTF-16 without the mark of its byte order
+                text = MARK
             if not text:
                 return
+            if not is_utf8 and MARK in text:
+                lines += text.count("\n", 0, text.index(MARK))
+                wrong = f"is no text of the encoding {encoding} after line {lines}"
+                raise InvalidValue(wrong, 'write the right encoding = "utf-8" or "latin-1" in [read]')
             lines += text.count("\n")
             if len(text) - text.rfind("\n") > MAX_LINE_LENGTH:
                 raise InvalidValue(f"line {lines + 1} is too long for a table", "give a table of text")
