@@ -1,8 +1,9 @@
-"""Computed numbers in the text, and their check at the build.
+"""Computed numbers in the text.
 
 Roles `val` and `num` print a number, the directives `result-table` and `result-text` a table, and what was printed.
 """
 
+import sys
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, ClassVar
@@ -10,13 +11,12 @@ from typing import Any, ClassVar
 from docutils import nodes
 from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
-from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective, SphinxRole
 
 from docs import results
 from docs.results import Number, Table, Text, Value
 
-LOGGER = logging.getLogger(__name__)
+FRESH = False
 
 
 class ValueRole(SphinxRole):
@@ -37,20 +37,14 @@ class ValueRole(SphinxRole):
 class ResultTable(SphinxDirective):
     """A computed table: `file.key`.
 
-    The option `columns` chooses some of its columns, counted from 1. The option `missing` is shown in its place until
-    an optional file is computed.
+    The option `columns` chooses some of its columns, counted from 1.
     """
 
     required_arguments = 1
-    option_spec: ClassVar[dict[str, Callable[[str], Any]]] = {
-        "columns": directives.positive_int_list,
-        "missing": directives.unchanged,
-    }
+    option_spec: ClassVar[dict[str, Callable[[str], Any]]] = {"columns": directives.positive_int_list}
 
     def run(self) -> list[nodes.Node]:
-        name, value = self.arguments[0].partition(".")[0], _find(self, self.arguments[0])
-        if value is None and "missing" in self.options and not (results.HERE / f"{name}.json").exists():
-            return [nodes.paragraph("", "", *self.parse_inline(self.options["missing"])[0])]
+        value = _find(self, self.arguments[0])
         if not isinstance(value, Table):
             raise self.error(f"{self.arguments[0]!r} is no table of docs/results")
         chosen = self.options.get("columns", range(1, len(value.columns) + 1))
@@ -87,44 +81,38 @@ class ResultText(SphinxDirective):
 
 def _find(where: SphinxRole | SphinxDirective, key: str) -> Value | None:
     name, _, rest = key.partition(".")
-    try:
-        found = _load(name)
-    except FileNotFoundError:
+    if name not in results.names():
         return None
-    where.env.note_dependency(str(results.HERE / f"{name}.json"))
-    return found.values.get(rest)
+    if results.is_live(name):
+        where.env.note_reread()
+    else:
+        where.env.note_dependency(str(results.HERE / f"{name}.json"))
+    return _load(name).values.get(rest)
 
 
 @cache
 def _load(name: str) -> results.Result:
-    """What a file of results gave, read once in a build."""
-    return results.load(name)
+    """What a file of results gave, read or computed once in a build."""
+    if not FRESH or results.is_live(name) or results.is_long(name) or results.is_record(name):
+        return results.load(name)
+    result = results.compute(name)
+    for move in results.find_moves(results.load(name), result):
+        print(f"{move}; python -m docs.results {name} keeps it", file=sys.stderr)
+    return result
 
 
-def check(app: Sphinx) -> None:
-    """Warn, which fails the build, of each short result that moved by more than its stated error."""
-    if not app.config.apesim_check_results:
-        return
-    for name in results.names():
-        try:
-            stored = results.load(name)
-        except FileNotFoundError:
-            if results.is_optional(name):
-                continue
-            LOGGER.warning("docs/results/%s.py was never computed: run python -m docs.results %s", name, name)
-            continue
-        if results.is_record(name) or results.is_long(name):
-            continue
-        for move in results.find_moves(stored, results.compute(name)):
-            LOGGER.warning("docs/results: %s; run python -m docs.results %s and read what quotes it", move, name)
+def choose(app: Sphinx) -> None:
+    """Let pages quote short results as they are computed now, where that is wanted."""
+    global FRESH
+    FRESH = app.config.apesim_fresh_results
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Register roles, directive and check."""
-    app.add_config_value("apesim_check_results", True, "", bool)
+    """Register roles and directives."""
+    app.add_config_value("apesim_fresh_results", False, "", bool)
     app.add_role("val", ValueRole(with_unit=True))
     app.add_role("num", ValueRole(with_unit=False))
     app.add_directive("result-table", ResultTable)
     app.add_directive("result-text", ResultText)
-    app.connect("builder-inited", check)
+    app.connect("builder-inited", choose)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,16 +1,15 @@
-"""Numbers that the text of the documentation quotes: how they are computed, kept and checked.
+"""Numbers that the text of the documentation quotes: how they are computed, kept and compared.
 
 `compute` of `docs/results/NAME.py` computes them; `docs/results/NAME.json` holds what it gave, when, and by
-which commit. Short results are computed anew whenever the site is built, and a number that moved by more than its
-stated error fails the build. Long ones (`LONG = True`) are computed by `python -m docs.results NAME` alone, and
-compared by `python -m docs.results --again` before a release. No edit of code makes them stale.
-
-What takes hours is a record (`RECORD = True`, in place of `LONG`), which is not computed again.
+which commit. A build with `--fresh` computes short results anew, shows what they give, and tells what moved by more
+than its stated error. Long ones (`LONG = True`) are computed by `python -m docs.results NAME` alone. Before a release
+`python -m docs.results --again` compares both. What takes hours is a record (`RECORD = True`, in place of `LONG`),
+which is not computed again. Live ones (`LIVE = True`) take no time: they are computed whenever they are quoted, and
+have no JSON.
 """
 
 import ast
 import datetime
-import hashlib
 import importlib
 import importlib.metadata
 import importlib.util
@@ -18,15 +17,15 @@ import json
 import math
 import platform
 import re
-import subprocess
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from tests.folders import find_commit
+
 HERE = Path(__file__).parent
-ROOT = HERE.parent.parent
 PYTHON = ".".join(platform.python_version_tuple()[:2])
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
 _NOT_COMPARED = re.compile(r"[-+]?\d+(?:\.\d+)?e[-+]\d+|[\u2500-\u257f]")
@@ -107,9 +106,9 @@ def is_long(name: str) -> bool:
     return _flag(name, "LONG")
 
 
-def is_optional(name: str) -> bool:
-    """Whether the pages do without the numbers of a file until they are computed first (``OPTIONAL = True``)."""
-    return _flag(name, "OPTIONAL")
+def is_live(name: str) -> bool:
+    """Whether the numbers of a file take no time, so that they are computed whenever they are quoted, and not kept."""
+    return _flag(name, "LIVE")
 
 
 def is_record(name: str) -> bool:
@@ -119,13 +118,7 @@ def is_record(name: str) -> bool:
 
 def describe_code() -> list[list[str]]:
     """Rows of a table: the day, the commit, and whether its files were changed."""
-    return [["made on", datetime.date.today().isoformat()], ["by commit", f"`{_commit()}`"]]
-
-
-def _commit() -> str:
-    """The commit of the checkout, with a mark where its files were changed."""
-    command = ["git", "describe", "--always", "--dirty", "--abbrev=7"]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    return [["made on", datetime.date.today().isoformat()], ["by commit", f"`{find_commit()}`"]]
 
 
 def _flag(name: str, key: str) -> bool:
@@ -148,18 +141,9 @@ def compute(name: str) -> Result:
         python=PYTHON,
         versions={key: importlib.metadata.version(key) for key in ("apesim", "numba", "numpy", "scipy")},
         processor=_processor(),
-        commit=_commit(),
+        commit=find_commit(),
         values=values,
     )
-
-
-def hash_files(*folders: str) -> str:
-    """The SHA-256 of every Python file below some folders of the project."""
-    digest = hashlib.sha256()
-    for folder in folders:
-        for path in sorted((ROOT / folder).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
 
 
 def save(result: Result) -> Path:
@@ -172,13 +156,9 @@ def save(result: Result) -> Path:
 
 
 def load(name: str) -> Result:
-    """Read what a file of results gave.
-
-    Raises
-    ------
-    FileNotFoundError
-        It was never computed.
-    """
+    """What a file of results gave when it was computed last; live ones are computed now."""
+    if is_live(name):
+        return compute(name)
     content = json.loads((HERE / f"{name}.json").read_text())
     content["values"] = {key: _read(value) for key, value in content["values"].items()}
     return Result(**content)

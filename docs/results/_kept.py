@@ -3,15 +3,12 @@
 import tempfile
 from pathlib import Path
 
+from tests.folders import find_commit
 
-def find_kept(name: str, code: str) -> Path:
-    """Folder of some work by some code: what was interrupted goes on, and nothing of other code is taken for its own.
 
-    Parameters
-    ----------
-    name : str
-        Name of the work.
-    code : str
-        Hash of the code, see `docs.results.hash_files`.
-    """
-    return Path(tempfile.gettempdir()) / f"apesim_{name}_{code[:12]}"
+def find_kept(name: str) -> Path:
+    """Folder of some work by this commit, in which it goes on once interrupted; a new one where files are changed."""
+    commit = find_commit()
+    if commit.endswith("-dirty"):
+        return Path(tempfile.mkdtemp(prefix=f"apesim_{name}_"))
+    return Path(tempfile.gettempdir()) / f"apesim_{name}_{commit}"

@@ -8,21 +8,19 @@ time for. Each open case takes up to seven explanations: 24 cases take some 40 m
 import subprocess
 import sys
 
-from docs.results import ROOT, Number, Table, describe_code
+from docs.results import Number, Table, describe_code
 from docs.results._kept import find_kept
-from docs.results.benchmark import hash_sources, load_solver
+from tests.folders import ROOT
 from tests.truth.scoring.active import ARMS, MOST, OPEN, count_named, read_scored, run_loops, seeds_from
 from tests.truth.scoring.score import clopper_pearson
 
-OPTIONAL = True
 RECORD = True
 FIRST, CASES = 70050, 24
 
 
 def compute():
     """Counts of names after each added run in both arms, with intervals, and the course of each open case."""
-    load_solver()
-    folder = find_kept("active", hash_sources())
+    folder = find_kept("active")
     options = ["--first", str(FIRST), "--cases", str(CASES), "--out", folder]
     subprocess.run([sys.executable, "-m", "tests.truth", "active", *options], cwd=ROOT, check=True)
     seeds = seeds_from(FIRST, CASES)

@@ -7,18 +7,17 @@ counted as such. Seeds that have been opened say nothing of code that was change
 140000.
 
 It wants a machine with nothing else to do: a program that takes more than 900 s for a case has no verdict there. The
-folder of the cases is named by the hash of all the code, so that a run that was interrupted goes on, and verdicts of
-other code are never read.
+folder of the cases is named by the commit, so that a run that was interrupted goes on, and verdicts of other code are
+never read.
 """
 
-import importlib
-import pkgutil
 import subprocess
 import sys
 from collections import Counter
 
-from docs.results import ROOT, Number, Table, hash_files
+from docs.results import Number, Table
 from docs.results._kept import find_kept
+from tests.folders import ROOT
 from tests.truth.scoring.again import HEADS, repeat_named, rows_again
 from tests.truth.scoring.benchmark import TOOLS, read
 from tests.truth.scoring.figures import figures
@@ -28,17 +27,12 @@ from tests.truth.sealed.bank import Bank
 from tests.truth.sealed.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
 from tests.truth.sealed.second_schedule import FAULTY, TRIPLE, second_plan
 
-OPTIONAL = True
 RECORD = True
 FIRST, CASES = 130000, 51
 """First seed, and number of cases; fewer than a block, where a machine has no time for all, are a fair sample of it."""
 JOBS = 2
 AGAIN = 10
 """Rigs that are measured once more, the first that got a name."""
-PACKAGES = (
-    *(f"apesim.studies.gap.{name}" for name in ("search", "decide", "tables")),
-    *(f"tests.truth.{name}" for name in ("simulator", "sealed", "scoring")),
-)
 NAMES = {"apesim": "apesim", "rms": "rms", "aic": "aic", "bic": "bic", "sindy": "PySINDy"}
 KINDS = {
     "nothing": "nothing",
@@ -57,8 +51,7 @@ WORDS = {BAD_INPUT: "refused as impossible", NO_VERDICT: "no verdict"}
 
 def compute():
     """Counts of verdicts by what was hidden, all figures with their intervals, and the same of simpler methods."""
-    load_solver()
-    folder = find_kept("benchmark", hash_sources())
+    folder = find_kept("benchmark")
     options = ["--first", str(FIRST), "--cases", str(CASES), "--jobs", str(JOBS)]
     subprocess.run([sys.executable, "-m", "tests.truth", "benchmark", *options, "--out", folder], cwd=ROOT, check=True)
     seeds = range(FIRST, FIRST + CASES)
@@ -74,20 +67,6 @@ def compute():
         "wrong": list_wrong(scored),
         "again": Table(list(HEADS), rows_again(repeat_named(folder, AGAIN, Bank(folder / "bank")))),
     }
-
-
-def load_solver():
-    """Load all that decides a verdict, so that the hash of this result covers it."""
-    importlib.import_module("apesim.studies.gap.workflow")
-    for package in map(importlib.import_module, PACKAGES):
-        for module in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
-            if not module.name.split(".")[-1].startswith(("test_", "__main__")):
-                importlib.import_module(module.name)
-
-
-def hash_sources():
-    """The SHA-256 of every Python file that makes or solves cases."""
-    return hash_files("apesim", "valve", "engine", "studies", "tests/truth", "tests/baselines")
 
 
 def find_kind(one):

@@ -20,6 +20,8 @@ from apesim.valve.motion import CREEP, DETECTED
 from apesim.valve.piston import REST_SPEED
 from docs.results import Number
 
+LIVE = True
+
 DEFAULTS = {
     "air.gas_constant": (1.0, "J/(kg·K)"),
     "air.heat_capacity_ratio": (1.0, ""),

@@ -17,11 +17,10 @@ from apesim.studies.drawing.style import BLUE, GREY, RED, STYLE
 from apesim.studies.sweep.compute import compute as compute_points
 from apesim.studies.sweep.plan import plan
 from apesim.studies.sweep.variation import Variation
-from docs.results import Number, Table, describe_code, hash_files
+from docs.results import Number, Table, describe_code
 from docs.results._figures import FOLDER
 from docs.results._kept import find_kept
 
-OPTIONAL = True
 RECORD = True
 SPEEDS = "600:2580:20 rpm"
 """A hundred speeds."""
@@ -44,7 +43,7 @@ counts the process that started this one, too."""
 
 def compute():
     """Times and memory by the number of points, and a figure of them."""
-    folder = find_kept("large_sweeps", hash_files("apesim", "valve", "engine", "studies"))
+    folder = find_kept("large_sweeps")
     compute_points(plan(Variation((), (Machine(),)), [100.0], [IDEAL_VALVE]).points)  # compiles before all
     found = [_measured(number, folder) for number in PRESSURES]
     points, seconds, first, workers, _ = np.array(found, float).T

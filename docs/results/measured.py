@@ -13,7 +13,8 @@ from apesim.studies.estimation.noise import estimation
 from apesim.studies.identify import fit, gate
 from apesim.studies.measured import reading, strokes, table, thinning
 from apesim.studies.measured.plausibility import thresholds
-from docs.results import ROOT, Number, Table
+from docs.results import Number, Table
+from tests.folders import ROOT
 
 LABORATORY = ROOT / "docs" / "examples" / "data" / "laboratory"
 AMBIENT = 101.325

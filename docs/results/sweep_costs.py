@@ -15,7 +15,6 @@ from apesim.studies.sweep.run import run_sweep
 from docs.results import Number, Table, describe_code
 from tests.machines import RPM
 
-OPTIONAL = True
 RECORD = True
 POINTS = 3000
 ROUNDS = 4

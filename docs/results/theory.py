@@ -8,6 +8,8 @@ from apesim.studies.estimation.priors import CYLINDER, ENGINE, VALVE
 from apesim.studies.gap import thresholds as t
 from docs.results import Number, Table
 
+LIVE = True
+
 K = 1.4
 
 

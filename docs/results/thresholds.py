@@ -12,6 +12,8 @@ from apesim.studies.gap.search import candidates, gap_test, model_selection, run
 from apesim.studies.gap.tables import suggest, tabulate
 from docs.results import Number, Table
 
+LIVE = True
+
 PERCENT = ("ALARM", "MIN_REMOVED", "MAX_LEFT", "TERM_CHANCE", "DOUBTFUL")
 
 

@@ -38,7 +38,7 @@ def main(given=None):
     parser.add_argument(
         "--turns", type=int, default=3, help="how often all take turns, of which the first may compile (default: 3)"
     )
-    parser.add_argument("--save", action="store_true", help=f"keep it in {FILE.name}, and make the page's tables of it")
+    parser.add_argument("--save", action="store_true", help=f"keep it in {FILE.name}, of which the page is made")
     options = parser.parse_args(given)
     unknown = set(options.only or ()) - {METHODS, *(row.name for row in ROWS)}
     if unknown:
@@ -54,10 +54,6 @@ def main(given=None):
     if chosen:
         with tempfile.TemporaryDirectory() as folder:
             _compare_releases(chosen, options, Path(folder), lambda lines: keep([line | run for line in lines]))
-    if options.save:
-        from docs import results
-
-        results.save(results.compute("performance"))
 
 
 def _compare_methods(turns):

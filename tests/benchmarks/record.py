@@ -1,14 +1,13 @@
-"""What was measured, a line for each row and release, in ``docs/results/performance.csv``."""
+"""What was measured, a line for each row and release, in ``performance.csv``."""
 
 import csv
 import datetime
 import os
-import subprocess
 from pathlib import Path
 
-from tests.benchmarks.environments import ROOT
+from tests.folders import find_commit
 
-FILE = ROOT / "docs/results/performance.csv"
+FILE = Path(__file__).with_name("performance.csv")
 NOW = "now"
 """Label of the code that is checked out."""
 MEASURED = ("seconds", "processor_seconds", "cycles", "evaluations", "contacts_off", "why")
@@ -19,10 +18,8 @@ def describe_run():
     """Day, commit of "now", processor, and other load before anything is measured: columns of each line."""
     from apesim.archive.surroundings import processor
 
-    command = ["git", "describe", "--always", "--dirty", "--abbrev=7"]
-    commit = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
     date, load = datetime.date.today().isoformat(), f"{os.getloadavg()[1]:.1f}"
-    return {"date": date, "commit": commit, "processor": processor(), "cores": str(os.cpu_count()), "load": load}
+    return {"date": date, "commit": find_commit(), "processor": processor(), "cores": str(os.cpu_count()), "load": load}
 
 
 def read_record(file: Path = FILE) -> list[dict[str, str]]:

@@ -37,6 +37,8 @@ class Outcome(NamedTuple):
     """Whether a promise is broken."""
     detail: str = ""
     """What tells of it: a command line, the last line of an error."""
+    is_void: bool = False
+    """Whether it tried nothing of what is promised: it does not count in the bound."""
 
 
 def run_campaign(name, seeds, out, jobs=1, longest=None, tell=None):

@@ -73,7 +73,7 @@ def trial(seed):
         with fail(call, number) as reached, mock.patch.object(completion, "SHARD_SECONDS", 0.0):  # each run is a shard
             code, _, err = run(first)
         if not reached:
-            return Outcome(f"{kind}: {UNREACHED}")
+            return Outcome(f"{kind}: {UNREACHED}", is_void=True)
         word, what = judge(code, err, is_whole), f"call {number}: {code}: {err.strip()[-300:]}"
         if word:
             return Outcome(f"{kind}: {word}", True, what)

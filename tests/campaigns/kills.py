@@ -108,7 +108,7 @@ def judge(kind, struck, code, folder):
         return Outcome(f"{kind}: damaged", True, f"{struck}: {named}")
     if not same(read(folder / "sweep.h5"), read(folder / "whole.h5")):
         return Outcome(f"{kind}: other bits", True, str(struck))
-    return Outcome(f"{kind}: the same bits, struck {struck[-1] if struck else NOT_STRUCK}")
+    return Outcome(f"{kind}: the same bits, struck {struck[-1] if struck else NOT_STRUCK}", is_void=not struck)
 
 
 def start(folder, *words, resume=False):

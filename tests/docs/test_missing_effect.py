@@ -5,10 +5,8 @@ import re
 import apesim
 from apesim.studies.gap.example_bench import explain_example
 from apesim.studies.gap.reasons import Verdict
-from docs import results
 from docs.extensions.generated import write_effects, write_measured
 from docs.results import benchmark
-from tests.campaigns.__main__ import NAMES
 from tests.folders import ROOT
 from tests.truth.scoring.score import NO_VERDICT, Scored
 from tests.truth.sealed.second_schedule import second_plan
@@ -71,14 +69,3 @@ def test_a_case_without_a_verdict_counts():
     assert counts["no verdict"] == counts["all"]
     assert sum(counts["all"]) == len(seeds) == 725
     assert all(row == [0] * len(benchmark.KINDS) for name, row in counts.items() if name not in ("no verdict", "all"))
-
-
-def test_only_what_wants_days_or_a_quiet_machine_may_wait_until_it_is_computed():
-    campaigns = {f"campaign_{name}" for name in NAMES if name != "archives"}
-    optional = {"active", "benchmark", *campaigns, "large_sweeps", "performance", "sweep_costs"}
-    assert {name for name in results.names() if results.is_optional(name)} == optional
-
-
-def test_only_what_takes_hours_may_tell_of_older_code():
-    records = {"active", "benchmark", *(f"campaign_{name}" for name in NAMES), "large_sweeps", "sweep_costs"}
-    assert {name for name in results.names() if results.is_record(name)} == records

@@ -94,6 +94,7 @@ def test_what_appeared_went_or_became_something_else_is_a_move():
 
 def test_what_is_saved_is_read_again(tmp_path, monkeypatch):
     monkeypatch.setattr(results, "HERE", tmp_path)
+    (tmp_path / "torques.py").touch()
     table = Table(["intake", "torque [N·m]"], [["cam", Number(29.95, "N·m", 0.005)]])
     saved = result(torque=Number(29.378, "N·m", 0.005), table=table, printed=PRINTED)
     assert results.save(saved) == tmp_path / "torques.json"
@@ -101,8 +102,8 @@ def test_what_is_saved_is_read_again(tmp_path, monkeypatch):
 
 
 def test_every_file_of_results_was_computed_and_says_what_it_is():
-    for name in results.names():
-        if results.is_optional(name) and not (results.HERE / f"{name}.json").exists():
-            continue
+    kept = {path.stem for path in results.HERE.glob("*.json")}
+    assert kept == {name for name in results.names() if not results.is_live(name)}
+    for name in kept:
         stored = results.load(name)
         assert stored.name == name and stored.what.endswith(".") and stored.values
