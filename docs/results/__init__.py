@@ -116,11 +116,6 @@ def is_record(name: str) -> bool:
     return _flag(name, "RECORD")
 
 
-def describe_code() -> list[list[str]]:
-    """Rows of a table: the day, the commit, and whether its files were changed."""
-    return [["made on", datetime.date.today().isoformat()], ["by commit", f"`{find_commit()}`"]]
-
-
 def _flag(name: str, key: str) -> bool:
     tree = ast.parse((HERE / f"{name}.py").read_text())
     found = [n.value for n in tree.body if isinstance(n, ast.Assign) and getattr(n.targets[0], "id", "") == key]

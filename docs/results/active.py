@@ -5,12 +5,13 @@ draws first, and at no verdict, see `tests.truth.scoring.active.is_likely_open`:
 time for. Each open case takes up to seven explanations: 24 cases take some 40 minutes on two cores.
 """
 
+import datetime
 import subprocess
 import sys
 
-from docs.results import Number, Table, describe_code
+from docs.results import Number, Table
 from docs.results._kept import find_kept
-from tests.folders import ROOT
+from tests.folders import ROOT, find_commit
 from tests.truth.scoring.active import ARMS, MOST, OPEN, count_named, read_scored, run_loops, seeds_from
 from tests.truth.scoring.score import clopper_pearson
 
@@ -37,7 +38,8 @@ def compute():
 def describe_cases(seeds, folder):
     """When it was made, and how many cases there were."""
     said = [read_scored(folder / str(seed) / "0").said for seed in seeds]
-    rows = [*describe_code(), ["cases", Number(len(said))]]
+    made = [["made on", datetime.date.today().isoformat()], ["by commit", f"`{find_commit()}`"]]
+    rows = [*made, ["cases", Number(len(said))]]
     rows += [[f"at first `{verdict}`", Number(said.count(verdict))] for verdict in sorted(set(said))]
     rows.append(["open: refused or tied", Number(sum(verdict in OPEN for verdict in said))])
     return Table(["what", "value"], rows)

@@ -1,14 +1,32 @@
 """Times of the usual work beside those of older releases, from the record that `python -m tests.benchmarks` keeps."""
 
-from docs.results import Table
+from docs.results import Number, Table
 from tests.benchmarks.record import NOW, read_record
 from tests.benchmarks.rows import CALL, COMMAND, FIRST, POINT, describe
+from tests.benchmarks.sweeps import COSTS, LARGE, read_rows
 
 LIVE = True
 
 METHODS = "methods"
 GROUPS = {"calls": CALL, "points": POINT, "commands": COMMAND, "first_runs": FIRST}
 """Tables by their names in the page."""
+LARGE_HEADS = {
+    "points": "operating points",
+    "seconds": "time [s]",
+    "milliseconds_each": "time for each [ms]",
+    "first_process_mb": "memory of the first process [MB]",
+    "largest_worker_mb": "of the largest worker [MB]",
+    "archive_mb": "archive [MB]",
+}
+COST_HEADS = {
+    "sweep": "intake",
+    "computing": "computing its points [s]",
+    "one_process": "in one process [s]",
+    "percent_more": "more than computing [%]",
+    "two_processes": "in 2 processes [s]",
+    "times_as_fast": "times as fast",
+}
+"""Columns of the records of sweeps, with their heads in the page."""
 
 
 def compute():
@@ -18,7 +36,30 @@ def compute():
     return {
         "machine": _machine(lines),
         "methods": _methods([line for line in lines if line["group"] == METHODS]),
-    } | tables
+        **tables,
+        **_describe_sweeps(),
+    }
+
+
+def _describe_sweeps():
+    """Time and memory of large sweeps, and what archives and a second process cost and save."""
+    large, costs = read_rows(LARGE), read_rows(COSTS)
+    return {
+        "large_sweeps": _tabulate(large, LARGE_HEADS),
+        "largest": Number(max(float(row["points"]) for row in large)),
+        "memory": Number(max(float(row["first_process_mb"]) for row in large), "MB"),
+        "sweep_costs": _tabulate(costs, COST_HEADS),
+        "costs_points": Number(float(costs[0]["points"])),
+        "costs_turns": Number(float(costs[0]["turns"])),
+    }
+
+
+def _tabulate(rows, heads):
+    """Columns of a record with their units; commits as code."""
+    return Table(
+        [*heads.values(), "date", "commit"],
+        [[*(row[key] for key in heads), row["date"], f"`{row['commit']}`"] for row in rows],
+    )
 
 
 def _machine(lines):
