@@ -19,35 +19,36 @@ def compute():
     for timing in ("fixed", "corrected"):
         assessment = apesim.assess_valve(apesim.Machine(), speed="1000 rpm", timing=timing)
         [point] = assessment.to_dict()["points"]
-        values |= {f"{timing}.{key}": value for key, value in _of_point(point).items()}
+        values |= _compare_losses(timing, point["losses"])
+        if timing == "fixed":
+            values |= {f"fixed.{key}": value for key, value in _describe_lateness(point).items()}
     return values
 
 
-def _of_point(point):
-    torque, air = ({}, {})
-    for order in ORDERS:
-        for cause in CAUSES:
-            lost = point["losses"][order][cause]
-            torque[cause, order] = Number(-lost["brake_torque_lost_Nm"], "N·m", error=0.05)
-            air[cause, order] = Number(lost["specific_air_added_kg_per_kWh"], "kg/kWh", error=0.05)
-    values = {
-        "torque": _table("brake torque [N·m]", torque),
-        "air": _table("air over brake work [kg/kWh]", air),
-        "opens_late": Number(point["opening_lateness_deg"], "°", error=0.05),
-        "closes_late": Number(point["closing_lateness_deg"], "°", error=0.05),
-        "opening_delay": Number(point["opening_delay_deg"], "°", error=0.05),
-        "closing_delay": Number(point["closing_delay_deg"], "°", error=0.05),
-    }
+def _compare_losses(timing, losses):
+    """Tables of what each cause costs, by the order in which the causes are taken away."""
+    tables = {}
+    for key, what, unit, sign, name in (
+        ("torque", "brake torque", "N·m", -1.0, "brake_torque_lost_Nm"),
+        ("air", "air over brake work", "kg/kWh", 1.0, "specific_air_added_kg_per_kWh"),
+    ):
+        rows = [
+            [words, *(Number(sign * losses[order][cause][name], unit, error=0.05) for order in ORDERS)]
+            for cause, words in CAUSES.items()
+        ]
+        tables[f"{timing}.{key}"] = Table([f"change of {what} [{unit}]", *ORDERS.values()], rows)
+    return tables
+
+
+def _describe_lateness(point):
+    """How late the valve opens and closes, and the exergy of a cycle with it and with the ideal valve."""
+    keys = {"opens_late": "opening_lateness", "closes_late": "closing_lateness"}
+    keys |= {"opening_delay": "opening_delay", "closing_delay": "closing_delay"}
+    values = {key: Number(point[f"{name}_deg"], "°", error=0.05) for key, name in keys.items()}
     rows = []
-    for key, name in (("ideal", "ideal valve"), ("real", "real valve")):
-        numbers = [Number(point["valves"][key][f"exergy_{term}_J"], "J", error=0.5) for term in TERMS]
-        values |= {f"{key}.{term}": number for term, number in zip(TERMS, numbers, strict=True)}
-        values[f"{key}.brought"] = Number(numbers[0].value + numbers[1].value, "J", error=0.5)
-        rows.append([name, *numbers])
-    columns = ["", *(f"{term.replace('_', ' ')} [J]" for term in TERMS)]
-    return values | {"exergy": Table(columns, rows)}
-
-
-def _table(what, numbers):
-    rows = [[name, *(numbers[cause, order] for order in ORDERS)] for cause, name in CAUSES.items()]
-    return Table([f"change of {what}", *ORDERS.values()], rows)
+    for key in ("ideal", "real"):
+        terms = {term: point["valves"][key][f"exergy_{term}_J"] for term in TERMS}
+        values[f"{key}.brought"] = Number(terms["engine_air"] + terms["control_air"], "J", error=0.5)
+        values[f"{key}.indicated_work"] = Number(terms["indicated_work"], "J", error=0.5)
+        rows.append([f"{key} valve", *(Number(term, "J", error=0.5) for term in terms.values())])
+    return values | {"exergy": Table(["", *(f"{term.replace('_', ' ')} [J]" for term in TERMS)], rows)}

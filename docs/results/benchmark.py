@@ -25,7 +25,7 @@ from tests.truth.scoring.score import BAD_INPUT, NO_VERDICT, STATEMENTS
 from tests.truth.scoring.tables import rate, short
 from tests.truth.sealed.bank import Bank
 from tests.truth.sealed.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
-from tests.truth.sealed.second_schedule import FAULTY, TRIPLE, second_plan
+from tests.truth.sealed.second_schedule import FAULTY, TRIPLE
 
 RECORD = True
 FIRST, CASES = 130000, 51
@@ -58,9 +58,6 @@ def compute():
     found = {name: read(seeds, folder, name)[0] for name in TOOLS}
     scored = found["apesim"]
     return {
-        "cases": Number(len(seeds)),
-        "without_verdict": Number(sum(one.said == NO_VERDICT for one in scored)),
-        "engine_cases": Number(sum(second_plan(seed).bench == "engine" for seed in seeds)),
         "verdicts": count_verdicts(scored),
         "figures": list_figures(scored),
         "methods": compare_methods({NAMES[name]: each for name, each in found.items()}),

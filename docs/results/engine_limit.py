@@ -46,20 +46,9 @@ def compute():
         "window_30_hz": Number(paper["window_for_30_hz_deg"], "°", error=0.5),
         "window_30_hz.least": Number(min(windows), "°", error=0.5),
         "window_30_hz.most": Number(max(windows), "°", error=0.5),
-        "table": _table(data["points"], machine.ambient.pressure),
         "windows": _windows(machine, rule["lap_to_lap_s"]),
     }
     return values | _truth(machine) | _bench(machine)
-
-
-def _table(points, ambient):
-    rows = []
-    for point in points:
-        row = [Number((point["supply_pressure"] - ambient) / 1e6, "MPa gauge", error=0.05)]
-        row += [Number(point["supply_temperature"], "K"), Number(point["duration_deg"], "°", error=0.5)]
-        rows.append([*row, Number(point["limit_rpm"], "r/min", error=FOUND_TO), point["fails"].replace("_", " ")])
-    heads = ["supply [MPa gauge]", "temperature [K]", "window [°]", "limit [r/min]", "what fails first above it"]
-    return Table(heads, rows)
 
 
 def _windows(machine, time):

@@ -37,8 +37,6 @@ def _findings(runs):
             f"{name}.speed_of_most_torque": Number(torque.idxmax(), "r/min"),
             f"{name}.most_power": Number(power.max() / 1e3, "kW", error=0.05),
             f"{name}.speed_of_most_power": Number(power.idxmax(), "r/min"),
-            f"{name}.torque_falls": Number(float((torque.diff()[1:] < 0.0).all())),
-            f"{name}.efficiency_falls": Number(float((efficiency.dropna().diff()[1:] < 0.0).all())),
             f"{name}.efficiency_300": Number(1e2 * efficiency[300.0], "%", error=0.5),
             f"{name}.efficiency_1000": Number(1e2 * efficiency[1000.0], "%", error=0.5),
         }

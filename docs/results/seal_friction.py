@@ -37,8 +37,6 @@ UNITS |= {"stribeck": (1.0, "N", 0.005), "seal": (1e5, "N/bar", 0.005), "viscous
 """Factor, unit and error of each term as it is shown."""
 NAMES = {"coulomb": "Coulomb", "stribeck": "Stribeck"}
 """Terms that begin with the name of a person."""
-ERRORS = {"N": 0.005, "N/Pa": 5e-9, "m/s": 5e-4, "mm": 5e-4, "N s/m": 0.5}
-"""Errors of what the workflow finds, by unit."""
 SHOWN = "1_bar.csv", "3_bar.csv", "7_bar.csv", "reconnected_7_bar.csv"
 """Records of the O-ring that are drawn over the stroke."""
 
@@ -125,11 +123,11 @@ def describe_records(records):
     values |= {"gap": describe_gap(records, fits), "weights": describe_weights(fits)}
     values |= {"left": describe_left(records, terms, weights)}
     values |= {"cosine_viscous": Number(cosines[1], error=0.005), "cosine_stribeck": Number(cosines[2], error=0.0005)}
-    for term, weight, error in zip(terms, weights, errors, strict=True):
+    for term, weight, error in list(zip(terms, weights, errors, strict=True))[2:]:
         factor, unit, digits = UNITS[term]
         values |= {term: Number(factor * weight, unit, digits), f"{term}_error": Number(factor * error, unit, digits)}
-    for file, ways in records.items():
-        name = file.removesuffix(".csv")
+    for name in ("3_bar", "7_bar"):
+        ways = records[f"{name}.csv"]
         values[f"{name}.before"] = Number(rms(remainder(ways, (), np.empty(0))), "N", 0.005)
         values[f"{name}.after"] = Number(rms(remainder(ways, terms, weights)), "N", 0.005)
     return values | describe_set_up(records, terms, weights)
@@ -214,17 +212,16 @@ def describe_set_up(records, terms, weights):
         return {}
     held = [way | {"force": way["force"] - force} for way, force in zip(ways, friction_of(ways, weights), strict=True)]
     tare = solve(held, terms[:2])
-    own, errors = fit(ways, terms)
+    own = solve(ways, terms)
     values = {
         "set_up.before": Number(rms(remainder(ways, (), np.empty(0))), "N", 0.005),
         "set_up.as_fitted": Number(rms(remainder(ways, terms, weights)), "N", 0.005),
         "set_up.load_cell_anew": Number(rms(remainder(held, terms[:2], tare)), "N", 0.005),
         "set_up.all_anew": Number(rms(remainder(ways, terms, own)), "N", 0.005),
     }
-    for term, weight, error in zip(terms, own, errors, strict=True):
+    for term, weight in list(zip(terms, own, strict=True))[2:]:
         factor, unit, digits = UNITS[term]
         values[f"set_up.{term}"] = Number(factor * weight, unit, digits)
-        values[f"set_up.{term}_error"] = Number(factor * error, unit, digits)
     return values
 
 
@@ -235,35 +232,21 @@ def friction_of(ways, weights):
 
 
 def describe_workflow(machine, folder):
-    """What the workflow says, with the sizes of the gap, and what it tried."""
+    """What the workflow says, and what it tried."""
     found = apesim.explain(machine, folder)
-    rows = []
-    for effect in found.effects:
-        low, high = effect["interval_95"]
-        error = ERRORS.get(effect["unit"], 5e-10)
-        shown = [Number(number, error=error).digits for number in (effect["value"], low, high)]
-        rows.append(
-            [f"`{effect['name']}.{effect['parameter']}`", f"{shown[0]} {effect['unit']}", f"{shown[1]} to {shown[2]}"]
-        )
     tried = [
         [" with ".join(f"`{name}`" for name in choice.names), Number(choice.cost, error=5.0)]
         for choice in found.fits[:6]
     ]
     noises = [noise.deviation for sensors in found.noise.values() for noise in sensors.values()]
     scores = [[f"`{score.name}`", Number(score.n_sigma, error=0.5)] for score in found.scores[:4]]
-    values = {
+    return {
         "verdict": Table(["verdict", "reason"], [[f"`{found.verdict}`", str(found.reason)]]),
-        "effects": Table(["parameter", "value", "95 % interval"], rows),
         "tried": Table(["effects added", "penalised sum of squares"], tried),
         "scores": Table(["effect", "score [sigmas]"], scores),
         "noise_least": Number(min(noises), "N", 0.005),
         "noise_most": Number(max(noises), "N", 0.005),
     }
-    for key in ("before", "after", "noise_floor"):
-        values[f"workflow.{key}"] = Number(found.gap[key], error=0.005)
-        if found.held_out:
-            values[f"check.{key}"] = Number(found.held_out[key], error=0.005)
-    return values
 
 
 def draw_strokes(records):

@@ -65,7 +65,6 @@ def _shares(points):
     """Smallest and largest share over all strokes: of speed and energy that is left, nominal and at worst."""
     shares = {"fluctuation_speed": [], "fluctuation_energy": [], "softest_energy": [], "softest_worst_energy": []}
     shares |= {"sturdy_worst_speed": [], "any_speed": [], "any_sturdy_worst_speed": []}
-    stays = late = 0
     for point in points:
         free = point["unbraked"]
         speed = free["seating_speed_m_s"]
@@ -81,10 +80,8 @@ def _shares(points):
         shares["sturdy_worst_speed"].append(worst["sturdy"])
         shares["any_speed"].append(any_softest["seating_speed_m_s"])
         shares["any_sturdy_worst_speed"].append(_worst(any_sturdy)[0].value / speed)
-        stays += all(stray["stays"] for stray in softest["robustness"])
-        late += max(stray["added_ms"] for stray in sturdy["robustness"]) > 1.0
     units = {"speed": ("", 0.005), "energy": ("%", 0.5)}
-    values = {"softest_stays": Number(stays), "sturdy_late": Number(late)}
+    values = {}
     for name, found in shares.items():
         unit, error = units[name.rpartition("_")[2]]
         if name in ("any_speed", "fluctuation_speed"):

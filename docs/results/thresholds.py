@@ -8,8 +8,7 @@ from apesim.studies.estimation import calibration, model, scatter_sizes
 from apesim.studies.estimation.heavy_tails import find_pull
 from apesim.studies.gap import thresholds
 from apesim.studies.gap.decide.reliability import load_reliability
-from apesim.studies.gap.search import candidates, gap_test, model_selection, run_faults
-from apesim.studies.gap.tables import suggest, tabulate
+from apesim.studies.gap.search import gap_test, model_selection, run_faults
 from docs.results import Number, Table
 
 LIVE = True
@@ -37,16 +36,13 @@ def compute():
         "negligible": model_selection.NEGLIGIBLE,
         "starts": calibration.STARTS,
         "windows": thresholds.WINDOWS,
-        "tables_fitted": tabulate.MAX_FITTED,
     }.items():
         values[name] = Number(value)
     values["cost_of_six"] = Number(round(float(find_pull(6.0)) ** 2, 1))
-    values["reach"] = Number(round(100.0 * (candidates.MAX_REACH - 1.0)), "%")
     told = load_reliability()
     values["sealed_cases"] = Number(told["cases"].get("number", 0))
     values["reliability"] = list_reliability(told["kinds"])
     values["odd_chance"] = Number(100.0 * scatter_sizes.ODD_CHANCE, "%")
-    values["suggested"] = Number(100.0 * suggest.MIN_EXPLAINED, "%")
     return values
 
 

@@ -20,8 +20,6 @@ def compute():
     keep(timing.draw, advance="timing_advance", won_back="timing_won_back", shortcut="timing_shortcut")
     fine = data["interpolation_error"]
     values = {
-        "points": Number(len(data["points"])),
-        "reached": Number(sum(point["reachable"] for point in data["points"])),
         "fine.energise": Number(fine["advance_most_deg"], "°", error=0.005),
         "fine.release": Number(fine["release_advance_most_deg"], "°", error=0.005),
         "coarse.energise": Number(coarse["advance_most_deg"], "°", error=0.005),
@@ -39,7 +37,6 @@ def _laws(laws):
     [opening] = at("advance", one_law=True)
     [closing] = at("release_advance", one_law=True)
     singles = at("release_advance", one_law=False)
-    every = [law for edge in laws for law in laws[edge]]
     return {
         "opening.time": Number(opening["at_287_K_ms"], "ms", error=0.0005),
         "opening.fall": Number(-1e3 * opening["slope_ms_per_K"], "µs/K", error=0.005),
@@ -47,8 +44,6 @@ def _laws(laws):
         "opening.angle_error": Number(opening["error_most_deg"], "°", error=0.005),
         "closing.angle_error": Number(closing["error_most_deg"], "°", error=0.5),
         "closing.single_angle_error": Number(max(law["error_most_deg"] for law in singles), "°", error=0.005),
-        "laws": Number(len(every)),
-        "laws_against_the_paper": Number(sum(law["opposite_to_the_paper"] for law in every)),
     }
 
 

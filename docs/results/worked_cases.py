@@ -75,9 +75,6 @@ def describe_case(found, effect):
     invisible = [[f"`{name}`"] for name, row in limits.items() if row["limit"] is None]
     scores = [[f"`{score.name}`", Number(score.n_sigma, error=0.05)] for score in found.scores[:MAX_SCORES]]
     values = {
-        "gap_before": Number(found.gap["before"], error=0.0005),
-        "gap_after": Number(found.gap["after"], error=0.0005),
-        "noise_floor": Number(found.gap["noise_floor"], error=0.0005),
         "p_value": Number(found.gap_test.p_value, error=0.005),
         "visible_from": Number(limits[effect]["limit"], limits[effect]["unit"], error=ERRORS[limits[effect]["unit"]]),
         "retained": Number(100.0 * limits[effect]["kept"], "%", error=0.5),
@@ -85,7 +82,7 @@ def describe_case(found, effect):
         "invisible": Table(["effects that these data cannot show"], invisible),
     }
     if found.held_out:
-        values["check_before"], values["check_after"], values["check_floor"] = describe_check(found)
+        values["check_before"], values["check_after"], _ = describe_check(found)
     for row in found.effects:
         error = ERRORS[row["unit"]]
         values[row["parameter"]] = Number(row["value"], row["unit"], error)
