@@ -5,7 +5,6 @@ Roles `val` and `num` print a number, the directives `result-table` and `result-
 
 import sys
 from collections.abc import Callable, Sequence
-from functools import cache
 from typing import Any, ClassVar
 
 from docutils import nodes
@@ -16,7 +15,8 @@ from sphinx.util.docutils import SphinxDirective, SphinxRole
 from docs import results
 from docs.results import Number, Table, Text, Value
 
-FRESH = False
+LOADED: dict[str, results.Result] = {}
+"""Results of this build, by name."""
 
 
 class ValueRole(SphinxRole):
@@ -87,24 +87,20 @@ def _find(where: SphinxRole | SphinxDirective, key: str) -> Value | None:
         where.env.note_reread()
     else:
         where.env.note_dependency(str(results.HERE / f"{name}.json"))
-    return _load(name).values.get(rest)
+    if name not in LOADED:
+        LOADED[name] = results.load(name)
+    return LOADED[name].values.get(rest)
 
 
-@cache
-def _load(name: str) -> results.Result:
-    """What a file of results gave, read or computed once in a build."""
-    if not FRESH or results.is_live(name) or results.is_long(name) or results.is_record(name):
-        return results.load(name)
-    result = results.compute(name)
-    for move in results.find_moves(results.load(name), result):
-        print(f"{move}; python -m docs.results {name} keeps it", file=sys.stderr)
-    return result
-
-
-def choose(app: Sphinx) -> None:
-    """Let pages quote short results as they are computed now, where that is wanted."""
-    global FRESH
-    FRESH = app.config.apesim_fresh_results
+def compute_results(app: Sphinx) -> None:
+    """Compute what pages quote as it is now, before the reference takes the compiled functions apart."""
+    for name in results.names():
+        if results.is_live(name):
+            LOADED[name] = results.load(name)
+        elif app.config.apesim_fresh_results and not (results.is_long(name) or results.is_record(name)):
+            LOADED[name] = results.compute(name)
+            for move in results.find_moves(results.load(name), LOADED[name]):
+                print(f"{move}; python -m docs.results {name} keeps it", file=sys.stderr)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
@@ -114,5 +110,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_role("num", ValueRole(with_unit=False))
     app.add_directive("result-table", ResultTable)
     app.add_directive("result-text", ResultText)
-    app.connect("builder-inited", choose)
+    app.connect("builder-inited", compute_results)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,10 +1,12 @@
 """Numbers in the text: what moved is found and what may move is not."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
 from docs import results
+from docs.extensions import results as extension
 from docs.results import Number, Result, Table, Text
 
 
@@ -99,6 +101,17 @@ def test_what_is_saved_is_read_again(tmp_path, monkeypatch):
     saved = result(torque=Number(29.378, "N·m", 0.005), table=table, printed=PRINTED)
     assert results.save(saved) == tmp_path / "torques.json"
     assert results.load("torques") == saved
+
+
+@pytest.mark.parametrize("is_fresh", [False, True])
+def test_a_fresh_build_shows_short_numbers_as_they_are_now_and_tells_what_moved(is_fresh, monkeypatch, capsys):
+    monkeypatch.setattr(extension, "LOADED", {})
+    monkeypatch.setattr(results, "names", lambda: ["valve_bench", "timing_map"])  # a short one, a long one
+    monkeypatch.setattr(results, "load", lambda name: result(torque=Number(1.0)))
+    monkeypatch.setattr(results, "compute", lambda name: result(torque=Number(2.0)))
+    extension.compute_results(SimpleNamespace(config=SimpleNamespace(apesim_fresh_results=is_fresh)))
+    assert ({"valve_bench": result(torque=Number(2.0))} if is_fresh else {}) == extension.LOADED
+    assert ("torques.torque: 1  became 2" in capsys.readouterr().err) == is_fresh
 
 
 def test_every_file_of_results_was_computed_and_says_what_it_is():
