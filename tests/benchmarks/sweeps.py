@@ -21,8 +21,8 @@ from matplotlib import rc_context
 
 from apesim.engine.cylinder import EPV, IDEAL_VALVE, INTAKES
 from apesim.engine.machine import Machine
-from apesim.studies.figures.drawing.panels import label_axes, open_row
-from apesim.studies.figures.drawing.style import BLUE, GREY, RED, STYLE
+from apesim.studies.drawing.panels import label_axes, open_row
+from apesim.studies.drawing.style import BLUE, GREY, RED, STYLE
 from apesim.studies.sweep import run as sweeping
 from apesim.studies.sweep.compute import compute as compute_points
 from apesim.studies.sweep.run import run_sweep
