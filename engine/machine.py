@@ -12,8 +12,8 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import Engine
 from apesim.engine.effects import Effects, unserved_effects
 from apesim.engine.first_keys import select_first_keys
-from apesim.engine.known_to import KnownTo, find_odd_shares
 from apesim.engine.proportions import Unscaled, find_unscaled
+from apesim.engine.stated_uncertainties import KnownTo, find_odd_shares
 from apesim.quantities import Fault, InputError, Quantity, quoted
 from apesim.quantities.settings import differences, dumps, find_ignored_keys, replaced
 from apesim.quantities.trees import contents_of

@@ -10,8 +10,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import hypothesis
 import pytest
 
-from apesim.studies.cli import app
-from apesim.studies.console import main_of
+from apesim.studies.commands.cli import app
+from apesim.studies.terminal.console import main_of
 from tests.folders import TESTS
 from tests.plain import LONG, QUICK
 

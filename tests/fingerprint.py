@@ -19,8 +19,8 @@ from unittest.mock import patch
 import numpy as np
 
 import apesim
-from apesim.studies.cli import app
-from apesim.studies.console import main_of
+from apesim.studies.commands.cli import app
+from apesim.studies.terminal.console import main_of
 from tests.acceptance.reference_tables import ENGINE_ROWS, VALVE_ROWS, engine_results, valve_results
 
 PASSING = {"wall_time", "wall_time_s", "content_sha256", "created", "date", "versions", "sources_sha256", "digest"}

@@ -11,7 +11,7 @@ DEPTH = 4
 for 12; they were measured for release 0.3."""
 CONDITION = 1e-8
 """Singular values of the secants, over the largest, below which a combination of them is left out."""
-LEAST_SECANT, LARGEST_SECANT = 1e-6, 0.1
+MIN_SECANT, MAX_SECANT = 1e-6, 0.1
 """Relative lengths of a secant: below the first it shows the solver's error, above the second no slope."""
 SLOWEST = 0.999
 """Factor by which a change falls from cycle to cycle, at most, when the way that is left is estimated."""
@@ -56,8 +56,8 @@ class Secants:
             moved, image_moved = state - self._last[0], image - self._last[1]
             length = np.abs(moved / sizes).max()
             self._recent = self._recent[1 - DEPTH :]
-            self._recent.append((moved, image_moved - moved) if length > LEAST_SECANT else None)
-            if LEAST_SECANT < length < LARGEST_SECANT:
+            self._recent.append((moved, image_moved - moved) if length > MIN_SECANT else None)
+            if MIN_SECANT < length < MAX_SECANT:
                 sizes = sizes * np.linalg.norm(moved / sizes)
                 self._slopes.append((moved / sizes, image_moved / sizes))
         self._last = state, image

@@ -23,11 +23,11 @@ PATIENCE = 60
 """Cycles after which a change of `SAME` is good enough."""
 BURST = 15
 """Plain cycles before the march is helped by Newton's method, and between two such helps."""
-STILL = 10
+REST_CYCLES = 10
 """Last of those cycles, over which a state that only the solver's error moves is no farther than in one of them."""
 NEARER = 0.9
 """Share of a change that is clearly less."""
-FARTHEST = 10.0
+MAX_DISTANCE = 10.0
 """Estimated distance from the periodic state, over the tolerance, up to which plain cycles alone are believed."""
 SWINGING = -0.5
 """Factor by which a deviation falls from cycle to cycle, below which a machine near by may settle otherwise."""
@@ -39,30 +39,30 @@ FREE = 1.0
 """Largest size of the first mode of what is not held."""
 CLIP = 0.3
 """Longest step of Newton's method in any state, relative."""
-FAR = 100
+MAX_NEAR_CYCLES = 100
 """Cycles after which a state counts as far away, and implicit steps of many cycles lead there."""
-FIRST_LEAP, LONGEST_LEAP = 4.0, 1e8
+FIRST_LEAP, MAX_LEAP = 4.0, 1e8
 """Cycles of the first such step, before it grows, and of the longest, which is a step of Newton's method."""
-LONGEST_PERIOD = 24
+MAX_PERIOD = 24
 """Cycles after which a state may repeat; chosen."""
-MOST_PERIODS = 5
+MAX_PERIODS = 5
 """Such periods, of the longest, that are waited for."""
 FAINT = 0.5
 """Change over a period, over that of a cycle or two, below which more cycles may show that the state repeats."""
-LONGEST_WAY = 1e6
+MAX_SETTLING_CYCLES = 1e6
 """Cycles of a short step from which on no slower state is waited for."""
 FINE, FINE_NUDGE = 1e-1, 1e-6
 """Tolerance of the slopes for such steps, over the usual one, and relative change of a state: states that settle in ten
 thousand cycles are to be told from those that never do, and flows between nearly equal pressures are to stay such."""
-MOST_VAIN = 12.0
+MAX_VAIN_STEPS = 12.0
 """Such steps in a row that do not halve what a cycle gains, at most; Newton's method may do better."""
-FAR_STEP, VAIN_IF_FAR = 0.1, 0.2
+LONG_STEP, VAIN_IF_LONG = 0.1, 0.2
 """Length of a step that leads far, relative, and for how much it counts among those: a gain may hardly fall there."""
 BACK = 0.5
 """Share of the step before, above which one that turns back leads past where both should lead."""
 FORETOLD = 0.3
 """Error of the foretold gain, over the gain, up to which slopes of a state near by are kept, and long steps follow."""
-MOST_SHORT_STEPS = 5
+MAX_SHORT_STEPS = 5
 """Short steps behind a long one, at most."""
 ROUGH_LEAP = 1e3
 """Cycles up to which the usual slopes will do, of such a step or in which all that is not held settles."""
@@ -129,7 +129,7 @@ class Orbit(NamedTuple):
     converged: bool
     """Whether the state was seen to repeat."""
     period: int
-    """Cycles after which the state repeats, up to `LONGEST_PERIOD`; 0 where it was not seen to repeat."""
+    """Cycles after which the state repeats, up to `MAX_PERIOD`; 0 where it was not seen to repeat."""
     cycles: int
     """Number of cycles marched in all."""
     change: float
@@ -242,7 +242,7 @@ def _plain_cycles(
     repeats = repeats_of_two = period = 0
     for i in range(max_cycles):
         before_that, before = before, (y, mode)
-        first = before if i == BURST - STILL else first
+        first = before if i == BURST - REST_CYCLES else first
         earlier, earlier_of_two = change, change_of_two
         y, mode, status = drive.march(y, mode)
         if status != Status.DONE:
@@ -278,7 +278,7 @@ def _is_small(change: float, earlier: float, tolerance: float, sure: bool) -> bo
     """Whether a change is, and, if that is not enough, what is to go where changes fall by one factor for ever."""
     if change > tolerance or change == 0.0:
         return change == 0.0
-    return sure or way_left(change, earlier) <= FARTHEST * tolerance
+    return sure or way_left(change, earlier) <= MAX_DISTANCE * tolerance
 
 
 def _newton(drive: Drive, y: np.ndarray, mode: np.ndarray, count: int) -> np.ndarray | None:
@@ -422,7 +422,7 @@ def _many_cycles(
         State that the steps have led to.
     has_arrived : bool
         Whether the last step was shorter than the tolerance, and over as many cycles as the slowest state takes, or
-        over `LONGEST_WAY`.
+        over `MAX_SETTLING_CYCLES`.
 
     References
     ----------
@@ -432,7 +432,7 @@ def _many_cycles(
     count, known, least, vain = FIRST_LEAP, None, np.inf, 0.0
     reach, last, leap = CLIP, np.zeros(len(drive.accuracy.scale)), None
     is_fine = was_fine = False
-    while drive.cycles < max_cycles and vain < MOST_VAIN:
+    while drive.cycles < max_cycles and vain < MAX_VAIN_STEPS:
         # The map near the state. Slopes of the one before are kept while they foretell the gain, or while short steps
         # halve it. Where the usual differences show none, or a swing, fine ones decide.
         error = np.inf if leap and leap.comes_down else FORETOLD
@@ -458,7 +458,7 @@ def _many_cycles(
 
         # The long step, over more cycles than the one before, but not so many that what is repelled turns it round.
         repelled, gained = known.repelled, np.abs(known.gain).max()
-        count = min(GROWTH * count, LONGEST_LEAP, 0.5 / max(repelled, 0.5 / LONGEST_LEAP))
+        count = min(GROWTH * count, MAX_LEAP, 0.5 / max(repelled, 0.5 / MAX_LEAP))
         step = _implicit_step(known.slopes, known.gain, count)
 
         # One that turns back has led past the balance: steps become shorter until one leads on.
@@ -473,11 +473,11 @@ def _many_cycles(
 
         # What the next step goes by: fine slopes after a step of many cycles, or where a state is repelled.
         is_fine = is_fine or repelled > drive.accuracy.tolerance or min(count, known.settles_in) > ROUGH_LEAP
-        vain = 0.0 if gained < 0.5 * least else vain + (VAIN_IF_FAR if np.abs(step).max() > FAR_STEP else 1.0)
+        vain = 0.0 if gained < 0.5 * least else vain + (VAIN_IF_LONG if np.abs(step).max() > LONG_STEP else 1.0)
         least = min(least, gained)
         leap = _Leap(known.y, count)
         y = _after(known.y, step, known.sizes)
-        if np.abs(step).max() <= tolerance and count >= min(known.settles_in, LONGEST_WAY):
+        if np.abs(step).max() <= tolerance and count >= min(known.settles_in, MAX_SETTLING_CYCLES):
             return y, True
     return y, False
 
@@ -502,7 +502,7 @@ class _Leap:
 
         Nor is there one that is longer than `reach`.
         """
-        if self.count <= FAR or self.short_steps == MOST_SHORT_STEPS:
+        if self.count <= MAX_NEAR_CYCLES or self.short_steps == MAX_SHORT_STEPS:
             return None
         foretold, gained, before = self.gain, np.abs(found.gain).max(), np.inf
         if foretold is None:
@@ -678,7 +678,7 @@ def _accelerated(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float
         secants.add(y[:n], image[:n], sizes)
         step, left = secants.step(gain, sizes)
         change = float(np.abs(gain).max())
-        repeats = repeats + 1 if change <= tolerance and left <= FARTHEST * tolerance else 0
+        repeats = repeats + 1 if change <= tolerance and left <= MAX_DISTANCE * tolerance else 0
         if repeats == 2 or (repeats and (secants.are_shown or change == 0.0)):
             multipliers = secants.multipliers()
             repels = multipliers.real.min(initial=0.0) < SWINGING or np.abs(multipliers).max(initial=0.0) > REPELLING
@@ -698,7 +698,7 @@ def _accelerated(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float
 def _settled(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float, max_cycles: int) -> Settling:
     """Plain cycles, and help between them; see `periodic_orbit`."""
     kept: Settling | None
-    kept, fine, has_leapt, has_arrived, looks_at = None, 0, False, False, FAR
+    kept, fine, has_leapt, has_arrived, looks_at = None, 0, False, False, MAX_NEAR_CYCLES
     while True:
         # Plain cycles. A small change alone is believed where two full Newton steps, or implicit ones, have led near,
         # or after `PATIENCE` cycles where no step goes before.
@@ -716,7 +716,7 @@ def _settled(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float, ma
 
         # Far on, it may be that only the solver's error moves the state, or that it repeats after several cycles: to
         # see that takes many more, so that it is looked for at twice the cycles each time.
-        if drive.cycles > FAR and _only_errors_move(drive, found, tolerance):
+        if drive.cycles > MAX_NEAR_CYCLES and _only_errors_move(drive, found, tolerance):
             return found._replace(period=1)
         if drive.cycles > looks_at:
             found, looks_at = _subharmonic(drive, found, max_cycles), 2 * drive.cycles
@@ -724,11 +724,13 @@ def _settled(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float, ma
                 return found
 
         # Help for the next cycles: implicit steps over many in turns with Newton's method, and near the end that alone.
-        is_near = kept is not None and not astray and _least(found) <= FARTHEST * tolerance
+        is_near = kept is not None and not astray and _least(found) <= MAX_DISTANCE * tolerance
         y, mode, kept, has_arrived = found.y, found.mode, None, False
-        has_leapt = not (has_leapt or is_near) and drive.cycles > FAR and found.change_of_two >= 0.5 * found.change
+        has_leapt = (
+            not (has_leapt or is_near) and drive.cycles > MAX_NEAR_CYCLES and found.change_of_two >= 0.5 * found.change
+        )
         if has_leapt:
-            y, has_arrived = _many_cycles(drive, y, mode, FARTHEST * tolerance, max_cycles)
+            y, has_arrived = _many_cycles(drive, y, mode, MAX_DISTANCE * tolerance, max_cycles)
             kept, fine = found, 2 if has_arrived else 0
         elif not astray:
             better = _newton(drive, y, mode, 2 if found.change_of_two < 0.5 * found.change else 1)
@@ -746,21 +748,21 @@ def _subharmonic(drive: Drive, found: Settling, max_cycles: int) -> Settling:
     scale, tolerance = drive.accuracy.scale, drive.accuracy.tolerance
     passed: list[tuple[np.ndarray, np.ndarray]] = [(found.y, found.mode)]
     apart: list[list[float]] = []
-    while len(apart) < MOST_PERIODS * LONGEST_PERIOD and drive.cycles < max_cycles:
+    while len(apart) < MAX_PERIODS * MAX_PERIOD and drive.cycles < max_cycles:
         if _least(found) <= NOISE * tolerance:
             break
         y, mode, status = drive.march(*passed[-1])
         if status != Status.DONE:
             return Settling(y, mode, status, np.inf, np.inf, 0)
-        changes = [_change(earlier, y, mode, scale) for earlier in passed[: -LONGEST_PERIOD - 1 : -1]]
+        changes = [_change(earlier, y, mode, scale) for earlier in passed[: -MAX_PERIOD - 1 : -1]]
         passed.append((y, mode))
         apart.append(changes)
         found = Settling(y, mode, status, changes[0], min(changes[1:2], default=np.inf), 0)
-        for period in range(3, min(LONGEST_PERIOD, len(apart) // 3) + 1):
+        for period in range(3, min(MAX_PERIOD, len(apart) // 3) + 1):
             largest = max(at[period - 1] for at in apart[-2 * period :])
             if largest <= SAME * tolerance and _change(passed[-1 - 2 * period], y, mode, scale) <= largest:
                 return found._replace(period=period)
-        if len(apart) >= 2 * LONGEST_PERIOD and min(changes[2:]) > FAINT * min(changes[:2]):
+        if len(apart) >= 2 * MAX_PERIOD and min(changes[2:]) > FAINT * min(changes[:2]):
             break
     return found
 
@@ -777,13 +779,13 @@ def _only_errors_move(drive: Drive, found: Settling, tolerance: float) -> bool:
         finer = None if usual is None else _moved(drive, found)
     if usual is None or finer is None:
         return False
-    return bool(np.abs(finer - FINE * usual).max() / (1.0 - FINE) <= STILL * tolerance)
+    return bool(np.abs(finer - FINE * usual).max() / (1.0 - FINE) <= REST_CYCLES * tolerance)
 
 
 def _moved(drive: Drive, found: Settling) -> np.ndarray | None:
     """What some cycles behind the next one move a state by, relative; None where they fail or change the phase."""
     start = _image(drive, found.y, found.mode)
-    image = None if start is None else _image(drive, start, found.mode, STILL)
+    image = None if start is None else _image(drive, start, found.mode, REST_CYCLES)
     if start is None or image is None:
         return None
     return (image - start)[: len(drive.accuracy.scale)] / _sizes(drive, start)
@@ -808,8 +810,8 @@ def periodic_orbit(
     to a period than those before it. Where the state swings from cycle to cycle, the step is one of the map of two
     cycles.
 
-    After `FAR` cycles the way of plain cycles is followed in implicit steps over many of them, in turns with Newton's
-    method.
+    After `MAX_NEAR_CYCLES` cycles the way of plain cycles is followed in implicit steps over many of them, in turns
+    with Newton's method.
 
     The periodic state is a fixed point of the map of a cycle [1]_; its slopes are taken by differences. From a known
     state the inverse of one less those slopes is kept up by Broyden's first rule [2]_.
@@ -831,7 +833,7 @@ def periodic_orbit(
     tolerance : float
         Largest change of any state over a cycle, relative.
     max_cycles : int
-        Largest number of cycles; up to `FAR` of them are plain ones from the first.
+        Largest number of cycles; up to `MAX_NEAR_CYCLES` of them are plain ones from the first.
     known : Known, optional
         Periodic state of a machine that differs a little: where that is near, and has the same states, it takes few
         cycles; else the march is the one without it.
@@ -876,7 +878,7 @@ def periodic_orbit(
     drive = Drive(p, tables, breakpoints, accuracy)
     found = _from_known(drive, known, tolerance, record) if known else None
     spent = 0
-    if found is None and max_cycles > FAR:  # whoever allows a few wants to see where plain cycles lead
+    if found is None and max_cycles > MAX_NEAR_CYCLES:  # whoever allows a few wants to see where plain cycles lead
         found = _accelerated(drive, y, mode, tolerance)
         y, mode = found.y, found.mode
         if found.status == Status.DONE and not found.period:  # the search goes on, with its own count

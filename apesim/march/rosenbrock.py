@@ -54,7 +54,7 @@ NUDGE_IN_SCALE = 1.5e-9
 micrometre from its stop, and little gas before it; chosen."""
 NUDGE_IN_TIME = 1e-5
 """Change of the time for the last column of the Jacobian, as a share of the step."""
-LEAST_NUDGE_IN_TIME = 1e-11
+MIN_NUDGE_IN_TIME = 1e-11
 """Least change of the time, relative: far above its rounding error."""
 
 
@@ -86,7 +86,7 @@ def slopes_of_rates(
     # Over time, first: it also shows which states stand still, now and a little later.
     for i in range(m):
         trial[i] = y[i]
-    later = t + max(NUDGE_IN_TIME * h, LEAST_NUDGE_IN_TIME * max(abs(t), h))
+    later = t + max(NUDGE_IN_TIME * h, MIN_NUDGE_IN_TIME * max(abs(t), h))
     if not slopes(p, later, trial, mode, k[1]):
         return 0
     for i in range(m):

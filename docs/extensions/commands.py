@@ -23,7 +23,7 @@ def groups() -> Iterator[tuple[str, str, dict[str, Any]]]:
     """Name, description and commands of each group, in the order of `apesim --help`; first those without a group."""
     import typer
 
-    from apesim.studies.cli import app
+    from apesim.studies.commands.cli import app
 
     root: Any = typer.main.get_command(app)
     yield "", "", {name: each for name, each in root.commands.items() if not hasattr(each, "commands")}
@@ -64,7 +64,7 @@ def label(command: str) -> str:
 
 def write_commands() -> str:
     """Every command, with its options; those that all commands take stand once, in the head of the page."""
-    from apesim.studies.options import COMMON
+    from apesim.studies.commands.options import COMMON
 
     parts = []
     for group, about, commands in groups():
@@ -76,7 +76,7 @@ def write_commands() -> str:
 
 def write_common_options() -> str:
     """The options that every command takes."""
-    from apesim.studies.options import COMMON
+    from apesim.studies.commands.options import COMMON
 
     command = next(iter(next(groups())[2].values()))
     return _table([each for each in command.params if each.name in COMMON])

@@ -24,8 +24,8 @@ SHARED = {
     "Result": "apesim.results.Result",
     "Scalar": "apesim.results.Scalar",
     "Trace": "apesim.results.Trace",
-    "ArchiveResult": "apesim.studies.archive_result.ArchiveResult",
-    "GridResult": "apesim.studies.grid_result.GridResult",
+    "ArchiveResult": "apesim.studies.archives.archive_result.ArchiveResult",
+    "GridResult": "apesim.studies.archives.grid_result.GridResult",
     "Archive": "apesim.archive.records.Archive",
     "Variable": "apesim.archive.records.Variable",
     "MeasuredRun": "apesim.studies.measured.runs.MeasuredRun",
@@ -109,7 +109,7 @@ def describe_once(_app: Sphinx, what: str, name: str, _item: object, _options: o
 def describe_base(_app: Sphinx, what: str, _name: str, item: object, _options: object, lines: list[str]) -> None:
     """Say of a result what it has from its base class, which its own page does not repeat."""
     from apesim.results import Result
-    from apesim.studies.archive_result import ArchiveResult
+    from apesim.studies.archives.archive_result import ArchiveResult
 
     if what != "class" or not (inspect.isclass(item) and issubclass(item, Result)):
         return
@@ -118,7 +118,7 @@ def describe_base(_app: Sphinx, what: str, _name: str, item: object, _options: o
         names = "scalars", "traces", "conditions", "warnings", "ending", "converged", "machine"
         text.append(f"It has what every :class:`~apesim.results.Result` has: {_joined(names)}.")
     if issubclass(item, ArchiveResult) and item is not ArchiveResult:
-        link = ":class:`~apesim.studies.archive_result.ArchiveResult`"
+        link = ":class:`~apesim.studies.archives.archive_result.ArchiveResult`"
         text.append(f"It has what every {link} has: {_joined(['archive', 'failed', 'dataset'])}.")
     if text:
         end = next((number for number, line in enumerate(lines) if not line.strip()), len(lines))

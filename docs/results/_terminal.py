@@ -72,8 +72,8 @@ def run(*arguments: str, ending: int = 0) -> Text:
     RuntimeError
         The exit code is another.
     """
-    from apesim.studies.cli import app
-    from apesim.studies.console import main_of
+    from apesim.studies.commands.cli import app
+    from apesim.studies.terminal.console import main_of
 
     before, argv = Path.cwd(), sys.argv
     with tempfile.TemporaryDirectory() as folder, _captured() as (out, error):

@@ -1,6 +1,6 @@
 """Constants of the flow function, priors and thresholds, as the code has them."""
 
-from apesim.engine.known_to import name_key
+from apesim.engine.stated_uncertainties import name_key
 from apesim.flow_function import choked_flow_function, critical_ratio
 from apesim.studies.estimation.model import MAX_PULL
 from apesim.studies.estimation.parameters import DECLARED, shown

@@ -191,8 +191,8 @@ def effects_ledger(y: np.ndarray) -> Flow:
 
 def engine_ledger(y: np.ndarray) -> EngineLedger:
     """Read the ledger of the engine air from a state vector of the engine (SIZE,), or its rates."""
-    flows = (ledger_flow(y, first) for first in range(ENGINE_LEDGER, GROOVE_BACK, FLOW_ENTRIES))
-    return EngineLedger(*flows, y[GROOVE_BACK], y[EXHAUST_BACK], y[WORK])
+    groove, exhaust, feed, pipe = (ledger_flow(y, i) for i in range(ENGINE_LEDGER, GROOVE_BACK, FLOW_ENTRIES))
+    return EngineLedger(groove, exhaust, feed, pipe, y[GROOVE_BACK], y[EXHAUST_BACK], y[WORK])
 
 
 @kernel

@@ -12,7 +12,7 @@ from apesim.march.error_bounds import MAX_TOLERANCE_CHANGE
 from apesim.quantities import Arguments, Quantity
 from apesim.results import Result, Scalar, needed
 from apesim.studies.archives.machines import differences_from
-from apesim.studies.calls import arguments_of, public
+from apesim.studies.execution.calls import arguments_of, public
 
 if TYPE_CHECKING:
     import pandas

@@ -10,8 +10,8 @@ from apesim.archive.inspection import info, verify
 from apesim.engine.machine import Machine
 from apesim.results import Result, Scalar, needed
 from apesim.studies.archives.machines import differences_from
-from apesim.studies.calls import arguments_of, public
-from apesim.studies.result_kinds import kind_of
+from apesim.studies.archives.result_kinds import kind_of
+from apesim.studies.execution.calls import arguments_of, public
 
 if TYPE_CHECKING:
     import pandas

@@ -9,9 +9,9 @@ from apesim.archive import read
 from apesim.archive.completeness import gaps_in_words, missing_runs, runs_planned
 from apesim.archive.inspection import export
 from apesim.archive.merge import merge
-from apesim.studies.archive_result import ArchiveResult, result_of
-from apesim.studies.calls import public
-from apesim.studies.output import publish
+from apesim.studies.archives.archive_result import ArchiveResult, result_of
+from apesim.studies.execution.calls import public
+from apesim.studies.execution.output import publish
 
 
 @public

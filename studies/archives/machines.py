@@ -11,7 +11,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities import Curve, Fault, InputError
 from apesim.quantities.settings import dumps, read, schema
 from apesim.quantities.toml_text import parse_toml
-from apesim.studies.calls import arguments_of
+from apesim.studies.execution.calls import arguments_of
 
 WHERE = "machine of the archive"
 """What faults in the text of an archive's machine name as their file."""

@@ -10,13 +10,13 @@ from apesim.archive import Archive
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.quantities.arguments import WithUnit
+from apesim.studies.archives.grid_result import GridResult
 from apesim.studies.assessment.grid import FIXED, TIMINGS, assess_speeds, faults_of_assessment, undefined_ratios
 from apesim.studies.assessment.summary import points_of
-from apesim.studies.calls import arguments_of, call_text, computed, public
-from apesim.studies.default_grids import SPEEDS
-from apesim.studies.grid_result import GridResult
-from apesim.studies.operating_conditions import SPEED, require_epv
-from apesim.studies.progress import Progress, show_progress
+from apesim.studies.execution.calls import arguments_of, call_text, computed, public
+from apesim.studies.execution.progress import Progress, show_progress
+from apesim.studies.run.default_grids import SPEEDS
+from apesim.studies.run.operating_conditions import SPEED, require_epv
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

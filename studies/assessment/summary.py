@@ -9,7 +9,7 @@ from rich.table import Table
 from apesim.archive import Archive
 from apesim.studies.assessment.causes import ENTERS, EXERGY, LOSSES, MEASURES
 from apesim.studies.assessment.valves import Outcome
-from apesim.studies.tables import number, table_of
+from apesim.studies.terminal.tables import number, table_of
 
 HEADINGS = (
     *("ideal", "lateness first", "then speed", "speed first", "then lateness", "lateness mean", "speed mean"),

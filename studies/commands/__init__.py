@@ -3,5 +3,7 @@
 One file or folder each, by its first word: machine, valve, engine, measured, gap, archive, paper,
 doctor.
 
+options (that commands share) and cli (the whole command line) stand beside them.
+
 What a command computes with is imported where it is called: ``--help`` answers at once.
 """

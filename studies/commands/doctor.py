@@ -4,13 +4,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from apesim.studies.console import COMMAND_LINE, DONE, FAULT_OF_OURS, Console
-from apesim.studies.options import Common
+from apesim.studies.commands.options import Common
+from apesim.studies.terminal.console import COMMAND_LINE, DONE, FAULT_OF_OURS, Console
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from apesim.studies.doctor import SelfTest
+    from apesim.studies.run.doctor import SelfTest
 
 
 def check_installation(
@@ -27,11 +27,11 @@ def check_installation(
     Examples
     --------
     >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
+    >>> from apesim.studies.commands.cli import app
     >>> print(CliRunner().invoke(app, ["doctor", "--set", "engine.bore=90 mm"]).exception)
     command line: --set: has no use here: the known numbers are those of the embedded machine; leave it out
     """
-    from apesim.studies import doctor
+    from apesim.studies.run import doctor
 
     _refuse_machine(common)
     console = common.console
@@ -66,7 +66,7 @@ def _refuse_machine(common: Common) -> None:
 
 def _compile_ahead(console: Console) -> list[str]:
     """Compile the kinds of march that the cache does not hold; their names."""
-    from apesim.studies import doctor
+    from apesim.studies.run import doctor
 
     missing = doctor.missing_kinds()
     if not missing:
@@ -81,7 +81,7 @@ def _compile_ahead(console: Console) -> list[str]:
 
 def _system_table(found: dict[str, Any]) -> "Table":
     """Table of versions, processor and memory."""
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.tables import table_of
 
     memory = found["free_memory_B"]
     rows = [
@@ -96,7 +96,7 @@ def _system_table(found: dict[str, Any]) -> "Table":
 
 def _kinds_table(kinds: list[dict[str, Any]]) -> "Table":
     """Table of the kinds of march in the cache."""
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.tables import table_of
 
     rows = [
         (
@@ -111,7 +111,7 @@ def _kinds_table(kinds: list[dict[str, Any]]) -> "Table":
 
 def _test_table(tests: list["SelfTest"]) -> "Table":
     """Table of the self-test."""
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.tables import table_of
 
     rows = [
         (

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from apesim.studies.console import COMMAND_LINE
-from apesim.studies.options import Common
+from apesim.studies.commands.options import Common
+from apesim.studies.terminal.console import COMMAND_LINE
 
 if TYPE_CHECKING:
     from apesim.engine.proportions import Unscaled
@@ -27,7 +27,7 @@ def print_machine(
     Examples
     --------
     >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
+    >>> from apesim.studies.commands.cli import app
     >>> text = CliRunner().invoke(app, ["machine", "--set", "engine.bore=90 mm"]).stdout
     >>> next(line.split("#")[0].strip() for line in text.splitlines() if line.startswith("bore"))
     'bore = "90 mm"'

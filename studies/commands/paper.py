@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.options import Common, Jobs, Overwrite
+from apesim.studies.commands.options import Common, Jobs, Overwrite
 
 
 def repeat_paper(
@@ -18,11 +18,11 @@ def repeat_paper(
     import sys
 
     from apesim.archive import command_line
-    from apesim.studies.console import DONE, INCOMPLETE
-    from apesim.studies.output import digest_line, make_folder
+    from apesim.studies.execution.output import digest_line, make_folder
     from apesim.studies.paper import repetition
     from apesim.studies.paper.claims.claim import range_in_words
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.console import DONE, INCOMPLETE
+    from apesim.studies.terminal.tables import table_of
 
     console, machine = common.console, common.load_machine()
 

@@ -15,15 +15,15 @@ from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.quantities.arguments import Given
 from apesim.results import NotConverged, Result, Trace, scalars_of
-from apesim.studies.calls import arguments_of, public
 from apesim.studies.discharge.evaluation import HEADER, Discharge, discharge
 from apesim.studies.discharge.records import Record, read_tests
 from apesim.studies.discharge.summary import discharge_json
 from apesim.studies.discharge.vessel import Vessel
+from apesim.studies.execution.calls import arguments_of, public
+from apesim.studies.execution.output import refuse_to_replace, write_traces
 from apesim.studies.execution.own_thread import call_in_thread
-from apesim.studies.operating_conditions import TEMPERATURE, VOLUME
-from apesim.studies.output import refuse_to_replace, write_traces
-from apesim.studies.progress import Progress, show_progress
+from apesim.studies.execution.progress import Progress, show_progress
+from apesim.studies.run.operating_conditions import TEMPERATURE, VOLUME
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

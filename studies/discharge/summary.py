@@ -9,7 +9,7 @@ from rich.table import Table
 
 from apesim.studies.discharge.evaluation import CUT_OFF, METHOD, Discharge
 from apesim.studies.discharge.vessel import Vessel
-from apesim.studies.tables import table_of
+from apesim.studies.terminal.tables import table_of
 
 
 def discharge_json(result: Discharge, vessel: Vessel) -> dict[str, Any]:

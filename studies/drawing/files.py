@@ -17,8 +17,8 @@ from matplotlib.transforms import Bbox
 
 from apesim.archive import write_file
 from apesim.studies.drawing.style import STYLE
+from apesim.studies.execution.output import make_folder
 from apesim.studies.execution.pool import done_beside
-from apesim.studies.output import make_folder
 
 LEFT_OUT = {"png": ("Software",), "pdf": ("CreationDate", "Producer", "Creator")}
 """Endings of the files of a figure, and metadata that would differ from one time to the next."""

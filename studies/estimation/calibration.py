@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from apesim.engine.machine import Machine
+from apesim.studies.estimation.engine_starts import starts_at
 from apesim.studies.estimation.levenberg_marquardt import ROUGH, Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.estimation import noise_of
@@ -18,7 +19,6 @@ from apesim.studies.estimation.scatter import (
     is_repeated,
     warn_of_odd_repeats,
 )
-from apesim.studies.estimation.starts import starts_at
 from apesim.studies.measured import CHECK, FIT, GATE, Measured
 
 STARTS = 8

@@ -21,7 +21,7 @@ FORESEEN = 0.5, 1.5
 CREEPING = 0.25
 """Share of a promise over that of the step before: sensitivities gone stale keep small promises, and hide large
 ones."""
-LEAST_PROMISE = 0.05
+MIN_PROMISE = 0.05
 """Share of the way down to the limit that a step has to promise in a descent from nearby. In a hundred fits of a valve,
 all that came below the limit were there after their first step; of the others five had a second step that promised
 more."""
@@ -99,7 +99,7 @@ def descend(
     is_exact: bool = False,
     known: float = np.nan,
     limit: float = np.inf,
-    least_promise: float = LEAST_PROMISE,
+    least_promise: float = MIN_PROMISE,
 ) -> Fitted:
     """Descend to the nearest minimum of the sum of squares within the bounds.
 

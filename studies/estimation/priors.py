@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from apesim.engine.effects import ALL_EFFECTS
-from apesim.engine.known_to import GAIN, KNOWN_TO, OFFSET, find_odd_share, format_known_to, name_key
 from apesim.engine.machine import Machine
+from apesim.engine.stated_uncertainties import GAIN, KNOWN_TO, OFFSET, find_odd_share, format_known_to, name_key
 from apesim.quantities import Fault, InputError
 from apesim.quantities.trees import overruled
 from apesim.quantities.uncertainties import Uncertainty
 from apesim.studies.estimation.parameters import DECLARED, INSTRUMENTS, Parameter, shown, value_of
 from apesim.studies.measured import Measured
-from apesim.studies.measured.known_to import matters
 from apesim.studies.measured.sensors import FILE
+from apesim.studies.measured.stated_uncertainties import matters
 
 DEFAULT, MACHINE_FILE = "default", "machine file"
 """Sources of a prior that measured.toml does not state."""
@@ -41,7 +41,7 @@ class Prior(NamedTuple):
     """Source that states it: a file, or the default."""
 
 
-FARTHEST = 100.0
+MAX_SIGMAS = 100.0
 """Prior standard deviations beyond which no nuisance is fitted."""
 GAIN_REASON = "what the calibration of a usual sensor leaves open"
 ZERO_REASON = "drift of a pressure sensor's zero, 1 to 5 kPa"
@@ -168,13 +168,13 @@ def describe_priors(machine: Machine, measured: Measured) -> list[dict[str, Any]
 def nuisance(machine: Machine, prior: Prior) -> Parameter:
     """A nuisance as a parameter whose x is its shift in prior standard deviations.
 
-    Beforehand x is a standard normal number; its bounds are what the machine file allows, and `FARTHEST` prior standard
-    deviations at most.
+    Beforehand x is a standard normal number; its bounds are what the machine file allows, and `MAX_SIGMAS` prior
+    standard deviations at most.
     """
     own = value_of(machine, prior.key)
     low, high = DECLARED[prior.key].ends
     unit = prior.deviation * (own if prior.relative else 1.0)
-    ends = max((low - own) / unit, -FARTHEST), min((high - own) / unit, FARTHEST)
+    ends = max((low - own) / unit, -MAX_SIGMAS), min((high - own) / unit, MAX_SIGMAS)
     return Parameter(prior.key, prior.deviation, *ends, own, True, prior.relative, True)
 
 

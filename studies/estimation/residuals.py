@@ -10,11 +10,11 @@ import numpy as np
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import TOLERANCE
 from apesim.results import NotConverged
+from apesim.studies.estimation.engine_starts import Starts, starts_at
 from apesim.studies.estimation.heavy_tails import find_pull
 from apesim.studies.estimation.noise.process import Noise, Whitening, noise_for
 from apesim.studies.estimation.parameters import Parameter, put
 from apesim.studies.estimation.scatter import Scatter, Spread, identify
-from apesim.studies.estimation.starts import Starts, starts_at
 from apesim.studies.measured import ENGINE, MeasuredRun
 from apesim.studies.measured.prediction import Memory, Prediction, predict, run_of
 

@@ -12,12 +12,12 @@ from zlib import crc32
 
 import numpy as np
 
-from apesim.engine.known_to import KNOWN_TO, find_odd_share
 from apesim.engine.machine import Machine
+from apesim.engine.stated_uncertainties import KNOWN_TO, find_odd_share
 from apesim.quantities import Fault, InputError
+from apesim.studies.estimation.engine_starts import starts_at
 from apesim.studies.estimation.parameters import INSTRUMENTS, Parameter, value_of
 from apesim.studies.estimation.scatter_sizes import find_relief, find_sizes, list_contrasts
-from apesim.studies.estimation.starts import starts_at
 from apesim.studies.measured import FIT, GATE, Measured, MeasuredRun
 from apesim.studies.measured.scatter import SCATTER, SCATTERING
 from apesim.studies.measured.sensors import FILE

@@ -14,6 +14,7 @@ from apesim.archive import remove_file, write_file
 from apesim.quantities import Fault, InputError
 from apesim.quantities.settings import dumps
 from apesim.studies.estimation.model import Model
+from apesim.studies.execution.output import make_folder
 from apesim.studies.gap.decide.consistency import Inconsistency
 from apesim.studies.gap.decide.held_out import HeldOut
 from apesim.studies.gap.decide.odd_files import OddChannel
@@ -30,9 +31,8 @@ from apesim.studies.gap.search.score_test import Score, Sensitivity
 from apesim.studies.gap.tables.balance import Balance
 from apesim.studies.gap.tables.latent import find_branches
 from apesim.studies.gap.tables.tabulate import Tabulated
-from apesim.studies.lineage import find_lineage
 from apesim.studies.measured import Measured
-from apesim.studies.output import make_folder
+from apesim.studies.measured.lineage import find_lineage
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -167,7 +167,7 @@ class Explanation:
 
     @cached_property
     def _described(self) -> dict[str, Any]:
-        from apesim.studies.console import plain
+        from apesim.studies.terminal.console import plain
 
         machine = self.calibrated.residuals.machine
         parent = dumps(machine) if self.parent_text is None else self.parent_text
@@ -340,8 +340,8 @@ class Explanation:
         """
         from apesim.studies.drawing.axes import axes_for
         from apesim.studies.drawing.panels import add_legend
-        from apesim.studies.gap.figures.looks import WORDS
         from apesim.studies.gap.figures.overlays import draw_left
+        from apesim.studies.gap.figures.style import WORDS
         from apesim.studies.gap.report.comparison import compare_signals, find_display, select_worst
         from apesim.studies.gap.report.html import describe_added
 

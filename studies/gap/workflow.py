@@ -12,10 +12,9 @@ from os import PathLike
 
 from apesim.engine.machine import Machine
 from apesim.quantities import Quantity
-from apesim.studies.calls import public
-from apesim.studies.estimation.arguments import Tell, open_measured
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.scatter import Scatter, list_odd_repeats
+from apesim.studies.execution.calls import public
 from apesim.studies.execution.pool import Team
 from apesim.studies.gap.decide.consistency import compare_points, select_significant
 from apesim.studies.gap.decide.facts import Facts, find_explained_gap
@@ -43,13 +42,14 @@ from apesim.studies.gap.search.library import find_faults, select_effects
 from apesim.studies.gap.search.localisation import Cell, localise
 from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.gap.search.run_faults import find_run_faults, leave_out
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.tables.balance import weigh_balances
 from apesim.studies.gap.tables.tabulate import Tables, find_likelier_table, tabulate
 from apesim.studies.gap.thresholds import TOLERANCE
-from apesim.studies.gap.work import Work
 from apesim.studies.measured import CHECK, GATE, Measured
+from apesim.studies.measured.arguments import Tell, open_measured
 from apesim.studies.measured.plausibility import refuse_faults
-from apesim.studies.operating_conditions import JOBS
+from apesim.studies.run.operating_conditions import JOBS
 
 SIZE = Quantity("", 0, 1000, "a call")
 

@@ -14,8 +14,8 @@ are several minima close together: a profile that meets a better point starts th
 Runs that are not fitted are judged afterwards, by what is left between them and the model found: one with the role
 "gate" refuses the model where that is more than noise and the parameters' uncertainty allow.
 
-In the order in which they build on one another: simulation, free, profile, genetic, fit, shift, gate, estimate,
-files.
+In the order in which they build on one another: simulation, free, profile, genetic, fit, shift, gate, figures,
+estimate, files.
 """
 
 from apesim.studies.identify.fit import Identified, identify

@@ -13,12 +13,12 @@ import numpy as np
 from apesim.engine.machine import Machine
 from apesim.quantities import Choice, Fault, InputError, Quantity
 from apesim.results import Result, Scalar
-from apesim.studies.calls import public
-from apesim.studies.estimation.arguments import Tell, open_measured
+from apesim.studies.execution.calls import public
 from apesim.studies.identify.fit import Identified, identify
 from apesim.studies.identify.free import LEAST_SQUARES, METHODS, free_parameters, si_unit
 from apesim.studies.identify.gate import Judgement, judge
 from apesim.studies.measured import CHECK, GATE, VALVE, Measured
+from apesim.studies.measured.arguments import Tell, open_measured
 from apesim.studies.measured.plausibility import refuse_faults
 
 if TYPE_CHECKING:

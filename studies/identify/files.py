@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from apesim.engine.machine import Machine
 from apesim.quantities import Quantity
 from apesim.quantities.settings import dumps
-from apesim.studies.lineage import find_lineage
-from apesim.studies.output import make_folder, write_file
+from apesim.studies.execution.output import make_folder, write_file
+from apesim.studies.measured.lineage import find_lineage
 
 if TYPE_CHECKING:
     from apesim.studies.identify.estimate import Fit
@@ -22,7 +22,7 @@ def write_fit(fit: "Fit", folder: str | PathLike[str], *, overwrite: bool = Fals
     Raises ArchiveError where the folder or a file cannot be written, or where the folder holds something and
     `overwrite` is not set.
     """
-    from apesim.studies.console import plain
+    from apesim.studies.terminal.console import plain
 
     assert fit.fitted_machine is not None and fit.measured is not None
     folder = Path(folder)

@@ -9,8 +9,8 @@ import numpy as np
 from apesim.engine.machine import Machine
 from apesim.quantities import Fault, InputError
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
-from apesim.studies.estimation.noise.left_over import find_noise_left_over, find_rough_noise, is_white
 from apesim.studies.estimation.noise.process import Noise
+from apesim.studies.estimation.noise.residual_noise import find_noise_left_over, find_rough_noise, is_white
 from apesim.studies.estimation.profile_likelihood import End
 from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps, unless_ended
 from apesim.studies.identify.free import Method

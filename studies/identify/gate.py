@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from apesim.studies.estimation.noise.left_over import BELIEVED, find_rough_noise
+from apesim.studies.estimation.noise.residual_noise import BELIEVED, find_rough_noise
 from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.identify.profile import invert_curvature
 from apesim.studies.identify.shift import find_time_shift

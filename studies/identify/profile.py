@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from apesim.studies.estimation.held import fit_held
+from apesim.studies.estimation.fixed_parameter import fit_held
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.profile_likelihood import End, Likelihood, find_end, first_better
 from apesim.studies.estimation.residuals import WhitenedResiduals

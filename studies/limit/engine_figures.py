@@ -18,7 +18,7 @@ from apesim.studies.drawing.style import RED, Look
 from apesim.studies.limit.design_rule import RPM, DesignRule
 from apesim.studies.limit.lines import OWN_POINT, draw_over_pressure, draw_own_point
 from apesim.studies.limit.points import Point, own_run
-from apesim.studies.operating_conditions import find_pressure_axis
+from apesim.studies.run.operating_conditions import find_pressure_axis
 
 
 def engine_limit_figures(archive: Archive, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:

@@ -14,16 +14,16 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.machine import Machine
 from apesim.quantities.arguments import Given, WithUnit
 from apesim.results import Scalar
+from apesim.studies.archives.grid_result import GridResult
 from apesim.studies.archives.machines import read_recorded_machine
-from apesim.studies.calls import arguments_of, call_text, computed, public
-from apesim.studies.default_grids import DURATIONS
-from apesim.studies.grid_result import GridResult
+from apesim.studies.execution.calls import arguments_of, call_text, computed, public
+from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.limit.design_rule import RPM
 from apesim.studies.limit.engine_limit import CRITERION, LOWEST, Failure, judged, map_engine_limit
 from apesim.studies.limit.points import Point, lowest_run, own_run
 from apesim.studies.limit.summary import summary_json
-from apesim.studies.operating_conditions import DURATION, JOBS, find_pressure_axis, read_supplies, require_epv
-from apesim.studies.progress import Progress, show_progress
+from apesim.studies.run.default_grids import DURATIONS
+from apesim.studies.run.operating_conditions import DURATION, JOBS, find_pressure_axis, read_supplies, require_epv
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -19,15 +19,15 @@ from apesim.march.periodic import MAX_CYCLES, Orbit, periodic_orbit
 from apesim.quantities.arguments import Given
 from apesim.quantities.settings import dumps
 from apesim.results import Scalar
-from apesim.studies.archive_result import ArchiveResult
-from apesim.studies.calls import arguments_of, call_text, computed, public
+from apesim.studies.archives.archive_result import ArchiveResult
+from apesim.studies.execution.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.pool import run_tasks, workers_for
+from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.limit.design_rule import WITHIN, rule_columns
 from apesim.studies.limit.points import Point, lowest_run, own_run, point_column, with_own
 from apesim.studies.limit.summary import summary_json
-from apesim.studies.operating_conditions import DUTY, JOBS, PRESSURE, TEMPERATURE, with_control_air
-from apesim.studies.progress import Progress, show_progress
-from apesim.studies.valve_map import PRESSURES, grid_conditions, plot_over_pressure, supply_columns
+from apesim.studies.limit.valve_map import PRESSURES, grid_conditions, plot_over_pressure, supply_columns
+from apesim.studies.run.operating_conditions import DUTY, JOBS, PRESSURE, TEMPERATURE, with_control_air
 from apesim.valve.actuator import STATES
 from apesim.valve.bench import TRACE, accuracy_of, bench_of, closed_at_start
 from apesim.valve.groove import area_table, lap_of
@@ -379,7 +379,7 @@ class ValveLimit(ArchiveResult):
 
         Examples
         --------
-        >>> from apesim.studies.archive_result import variables_of
+        >>> from apesim.studies.archives.archive_result import variables_of
         >>> limits = column([55.0, 74.0], "Hz", "highest working rate")
         >>> columns = supply_columns([(0.5e6, 287.0), (1.1e6, 287.0)]) | {"limit_hz": limits}
         >>> columns |= {"duty": column([0.5, 0.2], "1", "duty"), "point": point_column([Point.GRID, Point.OWN])}

@@ -60,9 +60,10 @@ By how much numbers differ from run to run is said by a table ``[scatter]``, or 
 Inside all is SI and absolute. In the order in which they build on one another: runs (what a run is), conversion (of
 numbers to SI), dialect (how a file is written), text_blocks (its text), cells (what a cell may say), layout (where
 header and numbers stand), table (its numbers), row_order (whether its rows rise), columns (in SI), folder_file (how
-``measured.toml`` says all this), thinning (of long records), sensors (what can be measured), known_to (how far the rig
-is known), scatter (by how much runs differ), strokes (strokes of a cylinder), reading (the folder), prediction (what
-a machine would have shown), plausibility (whether the data can be what they say).
+``measured.toml`` says all this), thinning (of long records), sensors (what can be measured), stated_uncertainties (how
+far the rig is known), scatter (by how much runs differ), strokes (strokes of a cylinder), reading (the folder),
+arguments (of a call), lineage (of machine files), prediction (what a machine would have shown), plausibility (whether
+the data can be what they say), check (all of that), figures.
 """
 
 from apesim.studies.measured.reading import read_measured

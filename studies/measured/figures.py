@@ -31,7 +31,7 @@ from apesim.studies.measured.plausibility import Finding, Kind
 from apesim.studies.measured.sensors import SENSORS
 
 if TYPE_CHECKING:
-    from apesim.studies.measured_check import MeasuredCheck
+    from apesim.studies.measured.check import MeasuredCheck
 
 MAX_ROWS = 4
 """Runs on a page."""

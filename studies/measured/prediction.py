@@ -308,8 +308,7 @@ def _engine_marks(machine: Machine, run: SteadyRun) -> dict[str, float]:
         }
         marks = NEVER | {mark: (angles[name] * DEGREE - p.start) / p.speed for mark, name in named.items()}
     # The exhaust lasts from the first valve's opening to the last one's closing.
-    opens, closes = (
-        [(getattr(valve, name) - p.start) % TURN / p.speed for valve in p.exhausts] for name in ("opens", "closes")
-    )
-    exhaust = {"exhaust_opens": min(opens), "exhaust_closes": max(closes)}
+    first = min((valve.opens - p.start) % TURN for valve in p.exhausts)
+    last = max((valve.closes - p.start) % TURN for valve in p.exhausts)
+    exhaust = {"exhaust_opens": first / p.speed, "exhaust_closes": last / p.speed}
     return {"energise": 0.0, "release": release} | marks | exhaust

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from apesim.air import Ambient
-from apesim.engine.known_to import KNOWN_TO
 from apesim.engine.machine import Machine, window_fault
+from apesim.engine.stated_uncertainties import KNOWN_TO
 from apesim.quantities import Arguments, Fault, InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.arguments import Given
 from apesim.quantities.files import path_below, require_file
 from apesim.quantities.trees import fields
-from apesim.studies.calls import public
+from apesim.studies.execution.calls import public
 from apesim.studies.measured.columns import TIME, read_columns
 from apesim.studies.measured.dialect import READ, Dialect, ReadTable, find_unknown_keys, merge_tables, read_dialect
 from apesim.studies.measured.folder_file import (
@@ -27,7 +27,6 @@ from apesim.studies.measured.folder_file import (
     shift_to_start,
     take_read_table,
 )
-from apesim.studies.measured.known_to import find_absent_sensors, read_table
 from apesim.studies.measured.plausibility.disturbances import (
     find_code_limits,
     find_impossible,
@@ -50,6 +49,7 @@ from apesim.studies.measured.runs import (
 )
 from apesim.studies.measured.scatter import SCATTER, read_scatter
 from apesim.studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS, Sensors
+from apesim.studies.measured.stated_uncertainties import find_absent_sensors, read_table
 from apesim.studies.measured.strokes import split_record
 from apesim.studies.measured.thinning import thin
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from apesim.engine.known_to import read_deviations
+from apesim.engine.stated_uncertainties import read_deviations
 from apesim.quantities import Fault, InvalidValue
 from apesim.quantities.uncertainties import Uncertainty
 from apesim.studies.measured.runs import CYLINDER, Bench

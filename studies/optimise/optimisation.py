@@ -12,15 +12,15 @@ from apesim.engine.steady import run_steady
 from apesim.quantities import Arguments, Choice, InputError
 from apesim.quantities.arguments import WithUnit
 from apesim.results import Scalar
-from apesim.studies.calls import arguments_of, call_text, computed, public
-from apesim.studies.default_grids import OPTIMUM_SPEEDS
-from apesim.studies.grid_result import GridResult
-from apesim.studies.operating_conditions import JOBS, SPEED, require_epv
+from apesim.studies.archives.grid_result import GridResult
+from apesim.studies.execution.calls import arguments_of, call_text, computed, public
+from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.optimise.landscape import Goal
 from apesim.studies.optimise.search import Optimum
 from apesim.studies.optimise.summary import point_json
 from apesim.studies.optimise.table import NAMES, archive_of, faults_of, optima_of, optima_over_speed
-from apesim.studies.progress import Progress, show_progress
+from apesim.studies.run.default_grids import OPTIMUM_SPEEDS
+from apesim.studies.run.operating_conditions import JOBS, SPEED, require_epv
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

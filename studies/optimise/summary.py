@@ -8,7 +8,7 @@ from rich.table import Table
 from apesim.studies.optimise.landscape import Point
 from apesim.studies.optimise.search import Optimum
 from apesim.studies.optimise.table import BOUNDS, NAMES, bounds_of, row_of, speed_rpm
-from apesim.studies.tables import number, table_of
+from apesim.studies.terminal.tables import number, table_of
 
 HEADER = (
     *("speed\n[r/min]", "commands", "energise\n[deg]", "release\n[deg]", "supply\n[MPa gauge]", "opens\n[deg]"),

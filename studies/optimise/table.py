@@ -14,9 +14,9 @@ from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from apesim.studies.execution.pool import run_tasks, workers_for
-from apesim.studies.operating_conditions import SPEED
 from apesim.studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal, Point, merit_of
 from apesim.studies.optimise.search import FINE, Optimum, optimise
+from apesim.studies.run.operating_conditions import SPEED
 
 RPM = TURN / 60.0
 SECONDS_A_GOAL, SECONDS_A_FRONT = 1.0, 3.0

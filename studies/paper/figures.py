@@ -18,10 +18,10 @@ from apesim.studies.drawing.files import write_figures
 from apesim.studies.drawing.panels import add_legend, label_axes, open_column, open_one, open_panels
 from apesim.studies.drawing.style import BLUE, RED, STYLES, Look, colours_of
 from apesim.studies.limit.valve_figures import plot_map, plot_velocities
-from apesim.studies.operating_conditions import with_control_air
 from apesim.studies.paper.discharge import NOISE, RATE, area_at
 from apesim.studies.paper.friction.friction_map import PAPERS, SEARCHED, FrictionMap, conditions_in_words
 from apesim.studies.paper.friction.statements import STATEMENTS
+from apesim.studies.run.operating_conditions import with_control_air
 from apesim.valve.bench import run_bench
 
 PULSE = 50e-3

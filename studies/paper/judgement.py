@@ -25,8 +25,8 @@ def all_claims(
 ) -> list[Claim]:
     """Judge every claim; those on the engine take some seconds.
 
-    `archive` is the map over the paper's grid, see `apesim.studies.valve_map.compute_map`, `tests` the result of the
-    model's own discharge tests. `by_area` has claims by area and key, see
+    `archive` is the map over the paper's grid, see `apesim.studies.limit.valve_map.compute_map`, `tests` the result of
+    the model's own discharge tests. `by_area` has claims by area and key, see
     `apesim.studies.paper.claims.area.claims_by_area`; empty: not over areas. With `frictions` None the claim on the
     friction is left out. `judged` is what the judges of `LONG` said, by their names, where they were asked already.
     """

@@ -16,13 +16,12 @@ from apesim.engine.machine import Machine
 from apesim.quantities import Choice, Fault, InputError, parse_range
 from apesim.quantities.settings import dumps
 from apesim.results import Result, scalars_of
-from apesim.studies.calls import arguments_of, call_text, public
-from apesim.studies.console import Console, plain
 from apesim.studies.discharge import Discharge, Vessel, discharge
+from apesim.studies.execution.calls import arguments_of, call_text, public
+from apesim.studies.execution.output import make_folder, publish, write_traces
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.execution.pool import Team, workers_for
-from apesim.studies.operating_conditions import JOBS, PRESSURE, TEMPERATURE
-from apesim.studies.output import make_folder, publish, write_traces
+from apesim.studies.limit.valve_map import PRESSURES, PULSE, TEMPERATURES, compute_map, faults_of_map
 from apesim.studies.paper.claims.area import claims_by_area
 from apesim.studies.paper.claims.claim import Claim, Verdict
 from apesim.studies.paper.discharge import discharge_tests
@@ -30,7 +29,8 @@ from apesim.studies.paper.friction.friction_map import friction_table, map_frict
 from apesim.studies.paper.judgement import LONG, all_claims
 from apesim.studies.paper.page import write_page
 from apesim.studies.paper.subject import differences
-from apesim.studies.valve_map import PRESSURES, PULSE, TEMPERATURES, compute_map, faults_of_map
+from apesim.studies.run.operating_conditions import JOBS, PRESSURE, TEMPERATURE
+from apesim.studies.terminal.console import Console, plain
 from apesim.valve.bench import run_bench
 
 SCOPES = FULL, CLAIMS = "full", "claims"

@@ -10,7 +10,7 @@ from apesim.archive.columns import NO_YES, column, run_axis
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.run.operating_conditions import with_supply
 from apesim.studies.soft_landing.braking import (
     ADDED,
     APART,

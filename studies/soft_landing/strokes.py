@@ -10,7 +10,7 @@ import numpy as np
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import LOG_HEAD, ZERO_CROSSING
 from apesim.studies.execution.pool import Team, workers_for
-from apesim.studies.operating_conditions import with_control_air
+from apesim.studies.run.operating_conditions import with_control_air
 from apesim.studies.soft_landing.braking import (
     APART,
     SWITCHED,

@@ -10,12 +10,12 @@ from apesim.archive import Archive
 from apesim.engine.machine import Machine
 from apesim.quantities import Choice
 from apesim.quantities.arguments import Given
+from apesim.studies.archives.grid_result import GridResult
 from apesim.studies.archives.machines import read_recorded_machine
-from apesim.studies.calls import arguments_of, call_text, computed, public
-from apesim.studies.default_grids import LANDING_SHARES, PULSE, pressures_around
-from apesim.studies.grid_result import GridResult
-from apesim.studies.operating_conditions import JOBS, PRESSURE, SHORT_TIME, TEMPERATURE, TIME
-from apesim.studies.progress import Progress, show_progress
+from apesim.studies.execution.calls import arguments_of, call_text, computed, public
+from apesim.studies.execution.progress import Progress, show_progress
+from apesim.studies.run.default_grids import LANDING_SHARES, PULSE, pressures_around
+from apesim.studies.run.operating_conditions import JOBS, PRESSURE, SHORT_TIME, TEMPERATURE, TIME
 from apesim.studies.soft_landing.landing import SOLENOIDS
 from apesim.studies.soft_landing.results import archive_of, strokes_of
 from apesim.studies.soft_landing.strokes import SPACING, Result, faults_of, soft_landings
@@ -85,7 +85,7 @@ class SoftLanding(GridResult):
         >>> round(data["spacing_ms"], 2), [point["reachable"] for point in data["points"]]
         (4.17, [False, False])
         """
-        from apesim.studies.console import to_builtins
+        from apesim.studies.terminal.console import to_builtins
 
         spacing, cost = self.spacing, self.cost
         data = {

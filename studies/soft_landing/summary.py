@@ -9,7 +9,7 @@ from rich.table import Table
 from apesim.studies.soft_landing.braking import ADDED, APART, BRAKE, RELEASE, SPEED, SWITCHED, front_of, widest_soft
 from apesim.studies.soft_landing.landing import BOTH, ONLY_A, ONLY_B, SOLENOIDS
 from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, ChosenBrake, Result
-from apesim.studies.tables import table_of
+from apesim.studies.terminal.tables import table_of
 
 SOLENOID_NAMES = {BOTH: "A and B", ONLY_A: "A", ONLY_B: "B"}
 BRAKE_HEADER = (

@@ -16,7 +16,7 @@ from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
 from apesim.engine.warnings import EngineWarning
 from apesim.march.adaptive import Status
 from apesim.quantities import Choice, Curve, split_header
-from apesim.studies.march_status import STATUS_MEANINGS
+from apesim.studies.run.march_status import STATUS_MEANINGS
 from apesim.studies.sweep.compute import ANGLE_STEP, NOT_ASKED, NOT_JUDGED, NOT_MARCHED, WARNING_FLAGS
 from apesim.studies.sweep.plan import ACTUATIONS, TIMING_NAMES, Point, actuation_of
 from apesim.studies.sweep.variation import Variation, stored

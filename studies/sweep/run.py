@@ -28,8 +28,8 @@ from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from apesim.studies.execution.cluster import run_on_cluster
+from apesim.studies.execution.output import refuse_to_replace
 from apesim.studies.execution.pool import run_tasks, workers_for
-from apesim.studies.output import refuse_to_replace
 from apesim.studies.sweep.completion import complete, keep, seconds_of
 from apesim.studies.sweep.compute import ROWS, compute
 from apesim.studies.sweep.plan import FIXED, Point, plan

@@ -19,12 +19,12 @@ from apesim.quantities import Arguments, Choice, InputError, parse_range
 from apesim.quantities.arguments import WithUnit
 from apesim.quantities.settings import differences
 from apesim.results import Scalar, name_of
-from apesim.studies.archive_result import ArchiveResult
-from apesim.studies.calls import arguments_of, call_text, public
+from apesim.studies.archives.archive_result import ArchiveResult
+from apesim.studies.execution.calls import arguments_of, call_text, public
 from apesim.studies.execution.cluster import connected
 from apesim.studies.execution.own_thread import call_in_thread
-from apesim.studies.operating_conditions import JOBS, SPEED
-from apesim.studies.progress import Progress, show_progress
+from apesim.studies.execution.progress import Progress, show_progress
+from apesim.studies.run.operating_conditions import JOBS, SPEED
 from apesim.studies.sweep.plan import FIXED, TIMING_NAMES, TIMINGS, in_one_unit, rpm
 from apesim.studies.sweep.results import faults_of, warnings_of
 from apesim.studies.sweep.run import find_finished, run_sweep

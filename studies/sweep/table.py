@@ -8,9 +8,9 @@ from apesim.archive import Archive
 from apesim.archive.grid import axes_of, places_of
 from apesim.studies.sweep.plan import in_one_unit
 from apesim.studies.sweep.results import has_incomplete_stroke
-from apesim.studies.tables import INCOMPLETE_MARK, number, table_of
+from apesim.studies.terminal.tables import INCOMPLETE_MARK, number, table_of
 
-MOST_ROWS = 500
+MAX_ROWS_SHOWN = 500
 """Rows that are shown: nobody reads more, and to lay out 30 000 takes 80 MB."""
 COLUMNS = {"brake_torque_Nm": ("N m", ".2f"), "specific_air_kg_per_kWh": ("kg/kWh", ".1f")}
 
@@ -20,7 +20,7 @@ def sweep_table(archive: Archive) -> Table:
 
     For every actuation it has the brake torque [N m] and the consumption of all air over brake work [kg/kWh]; runs
     whose valve does not open fully and close fully are marked, and missing points are a dash. Only the first
-    `MOST_ROWS` rows are shown, and how many there are.
+    `MAX_ROWS_SHOWN` rows are shown, and how many there are.
     """
     (_, actuations), *axes = axes_of(archive).items()
     incomplete = has_incomplete_stroke(archive)
@@ -41,7 +41,7 @@ def sweep_table(archive: Archive) -> Table:
     heads, columns = zip(*(head_and_cells(name, texts) for name, texts in axes), strict=True)
     rows = []
     combinations = sorted({tuple(where) for _, *where in points})
-    for where in combinations[:MOST_ROWS]:
+    for where in combinations[:MAX_ROWS_SHOWN]:
         row = [columns[axis][at] for axis, at in enumerate(where)]
         row += [cell(column, (at, *where), form) for column, (_, form) in COLUMNS.items() for at in shown]
         rows.append(row)

@@ -10,8 +10,8 @@ import numpy as np
 from apesim.archive import Archive, ArchiveError, write_file
 from apesim.archive.writing import format_csv
 from apesim.engine.angles import DEGREE, TURN
-from apesim.studies.console import plain
-from apesim.studies.output import refuse_to_replace
+from apesim.studies.execution.output import refuse_to_replace
+from apesim.studies.terminal.console import plain
 from apesim.studies.timing.grid import CRITERION, TimingMap
 from apesim.studies.timing.header import c_header, error_text
 from apesim.studies.timing.law import Law

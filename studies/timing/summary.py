@@ -7,13 +7,13 @@ import numpy as np
 from rich.table import Table
 
 from apesim.engine.angles import DEGREE
-from apesim.studies.tables import INCOMPLETE_MARK, number, table_of
+from apesim.studies.terminal.tables import INCOMPLETE_MARK, number, table_of
 from apesim.studies.timing.grid import TimingMap
 from apesim.studies.timing.header import error_text
 from apesim.studies.timing.law import Law
 from apesim.studies.timing.solve import Reason
 
-FAR_OFF = 1.0 * DEGREE
+MAX_LAW_ERROR = 1.0 * DEGREE
 """Largest error of a law over all speeds that is shown; with a larger one, the law of each speed is shown [rad]."""
 MAX_SUPPLIES = 9
 """Supplies that have a column each in the tables of commands: more would not fit a terminal."""
@@ -134,7 +134,8 @@ def law_lines(laws: dict[str, list[Law]], ambient_pressure: float) -> list[str]:
     """Write the laws of the temperature in words, a line for each command and pressure.
 
     `laws` has those of ``advance`` and ``release_advance``; where the law over all speeds is off by more than
-    `FAR_OFF`, its line has the span of the laws of each speed. Gauge pressures are above `ambient_pressure` [Pa abs].
+    `MAX_LAW_ERROR`, its line has the span of the laws of each speed. Gauge pressures are above `ambient_pressure` [Pa
+    abs].
     """
     lines = []
     for name, members in laws.items():
@@ -142,7 +143,7 @@ def law_lines(laws: dict[str, list[Law]], ambient_pressure: float) -> list[str]:
             here = [law for law in members if law.pressure == pressure]
             over_all = [law for law in here if isnan(law.speed)]
             each = [law for law in here if not isnan(law.speed)]
-            far = [law for law in over_all if law.max_angle_error > FAR_OFF]
+            far = [law for law in over_all if law.max_angle_error > MAX_LAW_ERROR]
             chosen = each if far else over_all or each
             gauge = (pressure - ambient_pressure) / 1e6
             lines.append(f"{name.replace('_', ' ')} at {gauge:.3g} MPa gauge{_law_text(chosen, far)}")

@@ -12,8 +12,8 @@ from math import pi
 import pytest
 
 from apesim.engine.machine import Machine
-from apesim.studies.cli import app
-from apesim.studies.console import main_of
+from apesim.studies.commands.cli import app
+from apesim.studies.terminal.console import main_of
 from tests.acceptance.huang import MACHINE, SPEEDS, TORQUE_SPEED, point
 from tests.folders import ROOT
 

@@ -14,7 +14,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities import Quantity
 from apesim.quantities.arguments import WithUnit, values_of
 from apesim.quantities.settings import schema
-from apesim.studies.operating_conditions import DURATION, PRESSURE, SPEED
+from apesim.studies.run.operating_conditions import DURATION, PRESSURE, SPEED
 
 FUNCTIONS = [getattr(apesim, name) for name in apesim.__all__ if name.islower()]
 NEEDED = {
@@ -166,7 +166,7 @@ def test_a_machine_is_loaded_from_a_path_and_texts_alone(name, wrong):
 
 
 def test_numbers_of_any_kind_in_a_machine_become_floats():
-    from apesim.studies.calls import arguments_of
+    from apesim.studies.execution.calls import arguments_of
 
     curve = np.array([[0, 0], [1, 1]], dtype=np.float32)
     curve.flags.writeable = False

@@ -9,7 +9,7 @@ import pytest
 
 from apesim import cache, kernel
 from apesim.compiling import tell_of_compiling
-from apesim.studies.console import Console
+from apesim.studies.terminal.console import Console
 
 
 @pytest.fixture

@@ -77,7 +77,7 @@ def test_a_call_from_python_says_once_that_it_compiles_and_nothing_when_it_loads
 
 @pytest.mark.parametrize(("option", "lines"), [([], 1), (["--quiet"], 0)])
 def test_a_command_says_it_once_though_it_calls_a_public_function(apesim, monkeypatch, option, lines):
-    from apesim.studies import valve_run
+    from apesim.studies.run import valve_run
 
     run_bench = valve_run.run_bench
     run_bench(Machine(), 10e-3)  # so that nothing else is compiled below

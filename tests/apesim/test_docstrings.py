@@ -17,8 +17,18 @@ from tests.folders import ROOT
 FOLDERS = "apesim", "valve", "engine", "studies"
 AUTHORS = (
     *("apesim/effect.py", "apesim/kernel.py", "apesim/results.py", "apesim/march/hybrid_system.py"),
-    *("apesim/quantities/declarations.py", "studies/calls.py", "studies/options.py", "studies/console.py"),
-    *("studies/grid_result.py", "studies/archive_result.py", "studies/tables.py", "studies/output.py"),
+    *(
+        "apesim/quantities/declarations.py",
+        "studies/execution/calls.py",
+        "studies/commands/options.py",
+        "studies/terminal/console.py",
+    ),
+    *(
+        "studies/archives/grid_result.py",
+        "studies/archives/archive_result.py",
+        "studies/terminal/tables.py",
+        "studies/execution/output.py",
+    ),
 )
 """Files with what authors of effects, commands and studies call."""
 FORBIDDEN = re.compile(r"(Of|The same|By|For which|As|Where|Likewise)\b")

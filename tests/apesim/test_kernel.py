@@ -169,7 +169,7 @@ def test_where_no_cache_folder_can_be_made_one_is_made_for_this_process(root):
 
 ALONE = """
 from apesim.kernel import cache_folder
-from apesim.studies import cli
+from apesim.studies.commands import cli
 from apesim.studies.execution.pool import Team
 
 if __name__ == "__main__":

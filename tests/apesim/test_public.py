@@ -15,8 +15,8 @@ from apesim.engine.machine import Machine
 from apesim.kernel import kernel
 from apesim.quantities.checking import check
 from apesim.quantities.settings import schema
-from apesim.studies.cli import app
-from apesim.studies.console import main_of
+from apesim.studies.commands.cli import app
+from apesim.studies.terminal.console import main_of
 from tests.folders import ROOT
 from tests.machines import changed
 

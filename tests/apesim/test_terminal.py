@@ -10,12 +10,12 @@ import pytest
 import typer
 
 from apesim.archive import write
-from apesim.studies.console import BAD_INPUT, main_of
+from apesim.studies.terminal.console import BAD_INPUT, main_of
 from apesim.terminal import visible
 from tests.archive_samples import sample
 from tests.folders import ROOT
 
-PROGRAM = [sys.executable, "-c", "from apesim.studies.cli import main; main()"]
+PROGRAM = [sys.executable, "-c", "from apesim.studies.commands.cli import main; main()"]
 HOSTILE = "\x1b[2J\x1b]0;title\x07\x9b8m\x7f\u202e\nwhole"
 MEASURED = """bench = "valve"
 [[run]]

@@ -42,7 +42,7 @@ BOTH = EPV, IDEAL_VALVE
 WITH_MEMORY = """
 import sys
 from pathlib import Path
-from apesim.studies.cli import main
+from apesim.studies.commands.cli import main
 try:
     main()
 finally:

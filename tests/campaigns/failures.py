@@ -26,9 +26,9 @@ import numpy as np
 
 from apesim.archive.file import read
 from apesim.archive.inspection import verify
-from apesim.studies.console import BAD_INPUT, DONE, INCOMPLETE
 from apesim.studies.gap.example_bench import list_left_out, write_example
 from apesim.studies.sweep import completion
+from apesim.studies.terminal.console import BAD_INPUT, DONE, INCOMPLETE
 from tests.archive_samples import same
 from tests.folders import ROOT
 

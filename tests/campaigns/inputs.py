@@ -19,10 +19,10 @@ import numpy as np
 from apesim.archive.file import write
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
-from apesim.studies.cli import app
-from apesim.studies.console import BAD_INPUT, DONE, INCOMPLETE, main_of
+from apesim.studies.commands.cli import app
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
+from apesim.studies.terminal.console import BAD_INPUT, DONE, INCOMPLETE, main_of
 from tests.archive_samples import VERSION_1, VERSION_2, VERSION_2_SWEEP, sample
 from tests.folders import ROOT
 

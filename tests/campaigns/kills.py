@@ -113,7 +113,7 @@ def judge(kind, struck, code, folder):
 
 def start(folder, *words, resume=False):
     """Start a sweep in a group of its own; what it says on standard error is in ``err.txt``."""
-    command = [sys.executable, "-m", "apesim.studies.cli", *words, *["--resume"] * resume]
+    command = [sys.executable, "-m", "apesim.studies.commands.cli", *words, *["--resume"] * resume]
     with (folder / "err.txt").open("w") as errors:
         return subprocess.Popen(
             command, cwd=folder, stdout=subprocess.DEVNULL, stderr=errors, stdin=subprocess.DEVNULL, process_group=0

@@ -9,7 +9,7 @@ import numpy as np
 
 import apesim
 from apesim.engine.exergy import ENTERS
-from apesim.studies.operating_conditions import RATE, SPEED
+from apesim.studies.run.operating_conditions import RATE, SPEED
 
 from .campaign import WITH_COMPILER, Outcome
 from .draws import draw_log, draw_machine

@@ -8,7 +8,7 @@ import pytest
 import typer
 from typer.core import TyperGroup
 
-from apesim.studies.cli import app
+from apesim.studies.commands.cli import app
 from tests.folders import ROOT
 
 UsageError = typer.BadParameter.__base__

@@ -47,7 +47,7 @@ def listed():
 
 def commands():
     """Every command, from what is registered."""
-    from apesim.studies.cli import app
+    from apesim.studies.commands.cli import app
 
     found = [each.name for each in app.registered_commands]
     for group in app.registered_groups:

@@ -14,10 +14,10 @@ from apesim.engine.cylinder import EPV
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.limit.valve_figures import plot_velocities
+from apesim.studies.limit.valve_map import compute_map
 from apesim.studies.measured import read_measured
 from apesim.studies.measured.prediction import predict
 from apesim.studies.sweep import run_sweep
-from apesim.studies.valve_map import compute_map
 from tests.folders import SAMPLES
 from tests.machines import AMBIENT, RPM, machine
 

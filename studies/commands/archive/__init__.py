@@ -5,7 +5,7 @@ from apesim.studies.commands.archive.export import export_archive
 from apesim.studies.commands.archive.info import show_info
 from apesim.studies.commands.archive.merge import merge_archives
 from apesim.studies.commands.archive.verify import verify_archive
-from apesim.studies.options import group
+from apesim.studies.commands.options import group
 
 archive = group(
     "Archives of results. With --machine or --set, commands also say whether they were made with it.",

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import ArchivePath, Common
+from apesim.studies.commands.options import ArchivePath, Common
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -79,7 +79,7 @@ def _headline(compared: "ArchiveComparison", rtol: float) -> str:
 
 def _machine_table(keys: Sequence["Summary"], names: Sequence[str]) -> "Table":
     """Keys in which the machines differ, with both values."""
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.tables import table_of
     from apesim.terminal import visible
 
     shown = [[row.name, *(visible("not there" if v is None else str(v)) for v in (row.a, row.b))] for row in keys]
@@ -101,7 +101,7 @@ def _missing_runs(differences: Sequence["Difference"], names: Sequence[str]) -> 
 
 def _summary_table(summary: Sequence["Summary"], units: dict[str, str], names: Sequence[str]) -> "Table":
     """A line for each variable, with both values where it differs most."""
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.tables import table_of
     from apesim.terminal import visible
 
     header = ("variable", "unit", "runs", *names, "by [%]", "where it differs most")
@@ -128,7 +128,7 @@ def _short(value: object) -> str:
 
 def _difference_table(rows: Sequence["Difference"], names: Sequence[str]) -> "Table":
     """Single differences, one a row."""
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.tables import table_of
     from apesim.terminal import visible
 
     header = ("what", "name", "run", "where", *names, "samples")

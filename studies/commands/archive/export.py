@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import DONE
-from apesim.studies.options import ArchivePath, Common
+from apesim.studies.commands.options import ArchivePath, Common
+from apesim.studies.terminal.console import DONE
 
 
 def export_archive(

@@ -1,7 +1,7 @@
 """Command `apesim archive info`."""
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import ArchivePath, Common
+from apesim.studies.commands.options import ArchivePath, Common
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 
 def show_info(common: Common, path: ArchivePath) -> int:
@@ -13,7 +13,7 @@ def show_info(common: Common, path: ArchivePath) -> int:
     >>> from typer.testing import CliRunner
     >>> from apesim.archive import Archive, write
     >>> from apesim.archive.columns import column, run_axis
-    >>> from apesim.studies.cli import app
+    >>> from apesim.studies.commands.cli import app
     >>> variables = {"run": run_axis(1), "torque": column([20.0], "N m", "brake torque")}
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = write(Archive("bore = 1", {}, variables), f"{folder}/a.h5")
@@ -25,8 +25,8 @@ def show_info(common: Common, path: ArchivePath) -> int:
     from apesim.archive.migration import MIGRATED
     from apesim.studies.archives.description import describe_archive
     from apesim.studies.commands.archive.machine_differences import difference_lines, given_machine
-    from apesim.studies.output import digest_line
-    from apesim.studies.tables import table_of
+    from apesim.studies.execution.output import digest_line
+    from apesim.studies.terminal.tables import table_of
     from apesim.terminal import visible
 
     described = describe_archive(path, machine=given_machine(common))

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from apesim.studies.console import INCOMPLETE
-from apesim.studies.options import Common
+from apesim.studies.commands.options import Common
+from apesim.studies.terminal.console import INCOMPLETE
 
 if TYPE_CHECKING:
     from apesim.engine.machine import Machine
@@ -21,7 +21,7 @@ def given_machine(common: Common) -> "Machine | None":
 
     Examples
     --------
-    >>> from apesim.studies.console import Console
+    >>> from apesim.studies.terminal.console import Console
     >>> given_machine(Common(Console(), settings=["engine.bore=90 mm"])).engine.bore
     0.09
     >>> given_machine(Common(Console())) is None

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import Common, Overwrite
+from apesim.studies.commands.options import Common, Overwrite
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 
 def merge_archives(
@@ -20,7 +20,7 @@ def merge_archives(
     from apesim.archive.completeness import missing_runs, runs_planned
     from apesim.studies.archives import joining
     from apesim.studies.commands.archive.machine_differences import refuse_other_machine
-    from apesim.studies.output import digest_line
+    from apesim.studies.execution.output import digest_line
 
     refused = refuse_other_machine(common, paths)
     if refused is not None:

@@ -1,14 +1,14 @@
 """Command `apesim archive verify`."""
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import ArchivePath, Common
+from apesim.studies.commands.options import ArchivePath, Common
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 
 def verify_archive(common: Common, path: ArchivePath) -> int:
     """Check every checksum, unit and axis; exit code 3 if anything is wrong."""
     from apesim.studies.archives import description
     from apesim.studies.commands.archive.machine_differences import difference_lines, given_machine
-    from apesim.studies.output import digest_line
+    from apesim.studies.execution.output import digest_line
 
     verified = description.verify_archive(path, machine=given_machine(common))
     digest, differences = verified.content_sha256, verified.machine_differences

@@ -6,7 +6,7 @@ from apesim.studies.commands.engine.optimise import optimise_commands
 from apesim.studies.commands.engine.run import run_engine
 from apesim.studies.commands.engine.sweep import sweep_engine
 from apesim.studies.commands.engine.timing import correct_timing
-from apesim.studies.options import group
+from apesim.studies.commands.options import group
 
 engine = group(
     "The engine that breathes through it.",

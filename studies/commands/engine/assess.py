@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.default_grids import SPEEDS
-from apesim.studies.options import Common, Figures, Out, Overwrite, Speeds, as_options
+from apesim.studies.commands.options import Common, Figures, Out, Overwrite, Speeds, as_options
+from apesim.studies.run.default_grids import SPEEDS
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 
 def assess_valve(
@@ -30,7 +30,7 @@ def assess_valve(
     from apesim.archive import command_line
     from apesim.studies.assessment import comparison
     from apesim.studies.assessment.summary import EXPLAINED, tables_of
-    from apesim.studies.output import written_json, written_text
+    from apesim.studies.execution.output import written_json, written_text
 
     console, machine = common.console, common.load_machine()
     with as_options("assess_valve"), console.progress("assessment") as report:

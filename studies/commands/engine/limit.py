@@ -5,9 +5,7 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.default_grids import DURATIONS
-from apesim.studies.options import (
+from apesim.studies.commands.options import (
     Common,
     ControlPressures,
     Figures,
@@ -18,6 +16,8 @@ from apesim.studies.options import (
     SupplyTemperatures,
     as_options,
 )
+from apesim.studies.run.default_grids import DURATIONS
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 HEADER = (
     *("K", "window [deg]", "limit [r/min]", "[Hz]", "lap to lap [ms]", "then fails"),
@@ -46,12 +46,12 @@ def find_engine_limit(
 
     from apesim.archive import command_line
     from apesim.archive.columns import values_of
+    from apesim.studies.execution.output import written_json, written_text
     from apesim.studies.limit import engine_limit_map
     from apesim.studies.limit.points import lowest_run, own_run
     from apesim.studies.limit.summary import summary_lines
-    from apesim.studies.operating_conditions import find_pressure_axis
-    from apesim.studies.output import written_json, written_text
-    from apesim.studies.tables import table_of
+    from apesim.studies.run.operating_conditions import find_pressure_axis
+    from apesim.studies.terminal.tables import table_of
 
     console, machine = common.console, common.load_machine()
 
@@ -100,7 +100,7 @@ def find_engine_limit(
 
 def _row(point: dict, ambient_pressure: float, pressure_axis: str) -> tuple[str, ...]:
     """Cells of a limit."""
-    from apesim.studies.tables import number
+    from apesim.studies.terminal.tables import number
 
     return (
         f"{(point[pressure_axis] - ambient_pressure) / 1e6:.3g}",

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.default_grids import OPTIMUM_SPEEDS
-from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, Speeds, as_options
+from apesim.studies.commands.options import Common, Figures, Jobs, Out, Overwrite, Speeds, as_options
+from apesim.studies.run.default_grids import OPTIMUM_SPEEDS
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 
 def optimise_commands(
@@ -33,9 +33,9 @@ def optimise_commands(
     import sys
 
     from apesim.archive import command_line
+    from apesim.studies.execution.output import written_json, written_text
     from apesim.studies.optimise import optimisation
     from apesim.studies.optimise.summary import end_lines, optimum_table
-    from apesim.studies.output import written_json, written_text
 
     console, machine = common.console, common.load_machine()
 

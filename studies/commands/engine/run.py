@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import Common, Traces, as_options
+from apesim.studies.commands.options import Common, Traces, as_options
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -51,9 +51,9 @@ def run_engine(
     from apesim.engine.cycle.rates import TRACE
     from apesim.engine.indicators import ADIABATIC, is_adiabatic
     from apesim.results import NotConverged
-    from apesim.studies import engine_run
-    from apesim.studies.output import write_traces
-    from apesim.studies.tables import number, table_of
+    from apesim.studies.execution.output import write_traces
+    from apesim.studies.run import engine_run
+    from apesim.studies.terminal.tables import number, table_of
 
     console, machine = common.console, common.load_machine()
 
@@ -96,7 +96,7 @@ def run_engine(
 def _exergy_table(ledger: dict[str, float]) -> "Table":
     """Table of an exergy ledger; a term of less than a millionth of what enters is left out."""
     from apesim.engine.exergy import ENTERS, LEAVES, exergy_entering
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.tables import table_of
 
     entering = exergy_entering(ledger)
     prefix = dict.fromkeys(ENTERS, "in: ") | dict.fromkeys(LEAVES, "lost: ")

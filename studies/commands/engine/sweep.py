@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, Speeds, as_options
+from apesim.studies.commands.options import Common, Figures, Jobs, Out, Overwrite, Speeds, as_options
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 
 def sweep_engine(
@@ -44,14 +44,14 @@ def sweep_engine(
     Examples
     --------
     >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
+    >>> from apesim.studies.commands.cli import app
     >>> print(CliRunner().invoke(app, ["engine", "sweep", "--shard", "5/4"]).exception)
     command line: --shard: '5/4' is no share of the work; write e.g. 1/4
     """
     import sys
 
     from apesim.archive import command_line
-    from apesim.studies.output import written_json, written_text
+    from apesim.studies.execution.output import written_json, written_text
     from apesim.studies.sweep import study, vary
     from apesim.studies.sweep.table import sweep_table
     from apesim.terminal import visible

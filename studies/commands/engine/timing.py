@@ -5,9 +5,7 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.default_grids import TIMING_SPEEDS
-from apesim.studies.options import (
+from apesim.studies.commands.options import (
     Common,
     ControlPressures,
     Figures,
@@ -18,6 +16,8 @@ from apesim.studies.options import (
     SupplyTemperatures,
     as_options,
 )
+from apesim.studies.run.default_grids import TIMING_SPEEDS
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 
 def correct_timing(
@@ -41,7 +41,7 @@ def correct_timing(
     import sys
 
     from apesim.archive import command_line
-    from apesim.studies.output import written_json, written_text
+    from apesim.studies.execution.output import written_json, written_text
     from apesim.studies.timing import correction
     from apesim.studies.timing.export import exports_of
     from apesim.studies.timing.summary import error_line, law_lines, shortcut_line, timing_tables

@@ -3,7 +3,7 @@
 from apesim.studies.commands.gap.effects import list_effects
 from apesim.studies.commands.gap.explain import explain_gap
 from apesim.studies.commands.gap.isolability import show_isolability
-from apesim.studies.options import group
+from apesim.studies.commands.options import group
 
 gap = group(
     "Effects that the model leaves out.",

@@ -1,12 +1,12 @@
 """Command `apesim gap effects`."""
 
-from apesim.studies.options import Common
+from apesim.studies.commands.options import Common
 
 
 def list_effects(common: Common) -> None:
     """The library of effects: slot, parameters with their ranges, equation, source, where it is seen."""
     from apesim.studies.gap.search import library
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.tables import table_of
 
     effects = library.list_effects(common.load_machine())
     rows = [

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE, StageReport
-from apesim.studies.options import Common, Jobs, MeasuredFolder, Overwrite, Without
+from apesim.studies.commands.options import Common, Jobs, MeasuredFolder, Overwrite, Without
+from apesim.studies.terminal.console import DONE, INCOMPLETE, StageReport
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -38,7 +38,7 @@ def explain_gap(
     Examples
     --------
     >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
+    >>> from apesim.studies.commands.cli import app
     >>> error = CliRunner().invoke(app, ["gap", "explain", "no_folder", "--out", "report"]).exception
     >>> str(error).partition("; ")[2]
     'give a folder with measured.toml and the CSV files that it names'
@@ -47,11 +47,11 @@ def explain_gap(
 
     from apesim.studies.commands.gap.inputs import compile_march, read_inputs
     from apesim.studies.estimation.residuals import EndedEarly
+    from apesim.studies.execution.output import make_folder
     from apesim.studies.execution.own_thread import call_in_thread
     from apesim.studies.gap.thresholds import TOLERANCE
     from apesim.studies.gap.workflow import explain
-    from apesim.studies.lineage import read_parent
-    from apesim.studies.output import make_folder
+    from apesim.studies.measured.lineage import read_parent
 
     console = common.console
 
@@ -102,7 +102,7 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
     from apesim.studies.gap.report.rounding import format_sigmas
     from apesim.studies.gap.report.run_scatter import write_scatter
     from apesim.studies.gap.search.detection_limits import format_limit
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.tables import table_of
 
     cause, test = data["likely_cause"], data["next_test"]["text"]
 

@@ -6,12 +6,12 @@ from os import PathLike
 from apesim.engine.machine import Machine
 from apesim.engine.outside_machine import outside_effects_of, switched_on
 from apesim.quantities import Fault, InputError
-from apesim.studies.console import COMMAND_LINE, Console
+from apesim.studies.commands.options import Common
 from apesim.studies.gap.input_checks import check_roles
 from apesim.studies.gap.search.library import find_faults
 from apesim.studies.measured import Measured, read_measured
 from apesim.studies.measured.prediction import predict, run_of, with_value
-from apesim.studies.options import Common
+from apesim.studies.terminal.console import COMMAND_LINE, Console
 
 
 def read_inputs(common: Common, folder: str | PathLike[str], without: Sequence[str]) -> tuple[Machine, Measured]:

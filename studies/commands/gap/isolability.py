@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import Common, MeasuredFolder, Without
+from apesim.studies.commands.options import Common, MeasuredFolder, Without
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -20,7 +20,7 @@ def show_isolability(common: Common, folder: MeasuredFolder, without: Without = 
     Examples
     --------
     >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
+    >>> from apesim.studies.commands.cli import app
     >>> print(CliRunner().invoke(app, ["gap", "isolability", "no_folder", "--without", "ring_leak"]).exception)
     command line: --without: 'ring_leak' is no effect; see apesim gap effects
     """
@@ -49,7 +49,7 @@ def _shown(isolability: "Isolability") -> "Iterator[Table | str]":
     """A table of effects, those that are seen first, a table of what is known of the rig, and a count."""
     from apesim.studies.gap.design.isolability import PRIORS_HEADER, format_prior
     from apesim.studies.gap.search.detection_limits import format_limit
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.tables import table_of
 
     rows = isolability.effects
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from apesim.studies.console import BAD_INPUT, DONE
-from apesim.studies.options import Common, MeasuredFolder, Overwrite
+from apesim.studies.commands.options import Common, MeasuredFolder, Overwrite
+from apesim.studies.terminal.console import BAD_INPUT, DONE
 
 if TYPE_CHECKING:
     from apesim.studies.measured import Measured
@@ -30,12 +30,12 @@ def check_measured_folder(
     may be real. A hint is information. What measured.toml lacks is named with its right form, and an unknown key with
     those that are known.
     """
+    from apesim.studies.execution.output import make_folder
     from apesim.studies.execution.own_thread import call_in_thread
     from apesim.studies.measured import read_measured
+    from apesim.studies.measured.check import check_measured
     from apesim.studies.measured.plausibility import group_findings
-    from apesim.studies.measured_check import check_measured
-    from apesim.studies.output import make_folder
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.tables import table_of
 
     console, machine = common.console, common.load_machine()
     measured = read_measured(folder, machine.ambient.pressure)

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Overwrite, as_options
+from apesim.studies.commands.options import Common, Figures, Overwrite, as_options
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 
 def evaluate_discharge(

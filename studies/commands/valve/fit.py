@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.options import Common, MeasuredFolder, Overwrite
+from apesim.studies.commands.options import Common, MeasuredFolder, Overwrite
+from apesim.studies.terminal.console import COMMAND_LINE, DONE, INCOMPLETE
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -44,12 +44,12 @@ def fit_valve(
     from dataclasses import replace
 
     from apesim.quantities import Choice, parse
+    from apesim.studies.execution.output import make_folder
     from apesim.studies.execution.own_thread import call_in_thread
     from apesim.studies.identify.estimate import fit
     from apesim.studies.identify.free import METHODS, free_parameters
-    from apesim.studies.lineage import read_parent
     from apesim.studies.measured import VALVE, read_measured
-    from apesim.studies.output import make_folder
+    from apesim.studies.measured.lineage import read_parent
     from apesim.valve.bench import run_bench
 
     console, machine = common.console, common.load_machine()
@@ -95,7 +95,7 @@ def _shown(result: "Fit") -> "Iterator[Table | str]":
     """Tables and a line for the terminal."""
     from apesim.quantities import unit
     from apesim.studies.measured import CHECK, GATE
-    from apesim.studies.tables import table_of
+    from apesim.studies.terminal.tables import table_of
 
     # Values in the units of the machine file; not every method gives an interval.
     rows = []

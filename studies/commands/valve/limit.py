@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, Pressures, Temperatures, as_options
+from apesim.studies.commands.options import Common, Figures, Jobs, Out, Overwrite, Pressures, Temperatures, as_options
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 HEADER = ("duty", "limit [Hz]", "[r/min]", "lap to lap [ms]", "window [deg]", "")
 
@@ -28,7 +28,7 @@ def find_valve_limits(
     Examples
     --------
     >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
+    >>> from apesim.studies.commands.cli import app
     >>> print(CliRunner().invoke(app, ["valve", "limit", "--duty", "1.5"]).exception)
     command line: --duty: '1.5' is out of range; allowed: 0.01 to 0.99
     """
@@ -36,11 +36,11 @@ def find_valve_limits(
 
     from apesim.archive import command_line
     from apesim.archive.columns import values_of
+    from apesim.studies.execution.output import written_json, written_text
     from apesim.studies.limit import valve_limit
     from apesim.studies.limit.points import lowest_run, own_run
     from apesim.studies.limit.summary import summary_lines
-    from apesim.studies.output import written_json, written_text
-    from apesim.studies.tables import table_over_supplies
+    from apesim.studies.terminal.tables import table_over_supplies
 
     console, machine = common.console, common.load_machine()
 
@@ -90,7 +90,7 @@ def find_valve_limits(
 
 def _row(point: dict) -> tuple[str, ...]:
     """Cells of a limit behind its pressure and temperature."""
-    from apesim.studies.tables import number
+    from apesim.studies.terminal.tables import number
 
     return (
         f"{point['duty']:.3g}",

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Out, Overwrite, Pressures, Pulse, Temperatures, as_options
+from apesim.studies.commands.options import Common, Figures, Out, Overwrite, Pressures, Pulse, Temperatures, as_options
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 TIMES = ("opening_delay_s", "opening_stroke_time_s", "closing_delay_s", "closing_stroke_time_s")
 SPEEDS = ("opening_seating_speed_m_s", "closing_seating_speed_m_s")
@@ -27,7 +27,7 @@ def map_valve_strokes(
     Examples
     --------
     >>> from typer.testing import CliRunner
-    >>> from apesim.studies.cli import app
+    >>> from apesim.studies.commands.cli import app
     >>> print(CliRunner().invoke(app, ["valve", "map", "--pressure", "0.4 MPa"]).exception)
     command line: --pressure: '0.4 MPa' says neither gauge nor abs; write "0.4 MPa gauge" or "0.4 MPa abs"
     """
@@ -35,9 +35,9 @@ def map_valve_strokes(
 
     from apesim.archive import command_line
     from apesim.archive.columns import values_of
-    from apesim.studies import valve_map
-    from apesim.studies.output import written_json, written_text
-    from apesim.studies.tables import number, table_over_supplies
+    from apesim.studies.execution.output import written_json, written_text
+    from apesim.studies.limit import valve_map
+    from apesim.studies.terminal.tables import number, table_over_supplies
 
     console, machine = common.console, common.load_machine()
 

@@ -4,8 +4,8 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import Common, Pulse, Traces, as_options
+from apesim.studies.commands.options import Common, Pulse, Traces, as_options
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 
 def run_valve(
@@ -26,9 +26,9 @@ def run_valve(
 
     from apesim.archive import find_target
     from apesim.results import NotConverged
-    from apesim.studies import valve_run
-    from apesim.studies.output import write_traces
-    from apesim.studies.tables import number, table_of
+    from apesim.studies.execution.output import write_traces
+    from apesim.studies.run import valve_run
+    from apesim.studies.terminal.tables import number, table_of
     from apesim.valve.bench import TRACE
 
     console, machine = common.console, common.load_machine()

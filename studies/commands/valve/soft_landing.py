@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, as_options
+from apesim.studies.commands.options import Common, Figures, Jobs, Out, Overwrite, as_options
+from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 
 def find_soft_landing(
@@ -42,7 +42,7 @@ def find_soft_landing(
     import sys
 
     from apesim.archive import command_line
-    from apesim.studies.output import written_json, written_text
+    from apesim.studies.execution.output import written_json, written_text
     from apesim.studies.soft_landing import study
     from apesim.studies.soft_landing.summary import landing_tables
 

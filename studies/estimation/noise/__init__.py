@@ -1,4 +1,4 @@
-"""The noise of measured channels: process, hum, estimation, left_over, sampling.
+"""The noise of measured channels: process, hum, estimation, residual_noise, sampling.
 
 All take it for an autoregressive process, see `process`. Who estimates it from what:
 

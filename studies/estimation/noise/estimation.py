@@ -22,7 +22,7 @@ AllNoise = dict[str, dict[float, Noise]]
 
 LIKE = 1.5
 """Ratio of sampling intervals that count as one."""
-STILL = 0.005
+MAX_REST_MOTION = 0.005
 """Share of the noise that the model may move by from one sample to the next at rest."""
 OF_A_MEAN = 0.05
 """Share of a mean over the cycle that its noise is taken for, where nothing tells it: more than a usual brake or flow
@@ -204,7 +204,7 @@ def _stretches_at_rest(block: Any, values: np.ndarray, rough: float) -> Record:
     """Stretches at rest of one block, where the model gives the values and its noise is roughly so much."""
     if len(values) < ENOUGH:
         return []
-    moving = (np.abs(np.gradient(values)) > STILL * rough) & (block.times > 0.0)
+    moving = (np.abs(np.gradient(values)) > MAX_REST_MOTION * rough) & (block.times > 0.0)
     edges = np.flatnonzero(np.diff(np.concatenate([[True], moving, [True]]).astype(int)))
     guard = 1 + int(GUARD / block.interval)
     ends = zip(edges[::2] + guard, edges[1::2] - guard, strict=True)

@@ -10,15 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from apesim.studies.estimation.engine_starts import starts_at
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import WhitenedResiduals
-from apesim.studies.estimation.starts import starts_at
 from apesim.studies.gap.decide.operating_points import find_points, is_at
 from apesim.studies.gap.decide.windows import average_over_windows
 from apesim.studies.gap.search.model_selection import PricedModel
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST, SURE
-from apesim.studies.gap.work import Work
 from apesim.studies.measured import GATE, Measured, MeasuredRun
 
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from apesim.engine.angles import TURN
 from apesim.engine.machine import Machine
+from apesim.studies.estimation.engine_starts import Starts
 from apesim.studies.estimation.noise.process import white
 from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.estimation.priors import nuisance, priors_of
 from apesim.studies.estimation.residuals import WhitenedResiduals
-from apesim.studies.estimation.starts import Starts
 from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.measured import CYLINDER, ENGINE, VALVE, Measured, MeasuredRun
 from apesim.studies.measured.prediction import MEANS

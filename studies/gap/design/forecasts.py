@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 
+from apesim.studies.estimation.engine_starts import Starts, starts_at
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.nuisance_space import NuisanceSpace
 from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps
-from apesim.studies.estimation.starts import Starts, starts_at
 from apesim.studies.gap.design.expected_information import Forecast
 from apesim.studies.gap.design.experiments import Experiment, make_residuals
 from apesim.studies.gap.reasons import ReasonKind, Verdict

@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 
 from apesim.engine.machine import Machine
-from apesim.studies.calls import public
-from apesim.studies.estimation.arguments import Tell, open_measured
 from apesim.studies.estimation.calibration import uncalibrated
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.priors import describe_priors
 from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
 from apesim.studies.estimation.scatter import find_stated_scatter, find_stated_sizes
+from apesim.studies.execution.calls import public
 from apesim.studies.gap.design.experiments import Experiment, list_experiments, make_residuals
 from apesim.studies.gap.input_checks import check_roles
 from apesim.studies.gap.report.verdict_json import describe_noise
@@ -31,9 +30,10 @@ from apesim.studies.gap.search.detection_limits import (
 )
 from apesim.studies.gap.search.library import find_faults, select_effects
 from apesim.studies.gap.search.score_test import Sensitivity, find_cosine, find_sensitivities
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.thresholds import ALIKE, N_SIGMA_VISIBLE
-from apesim.studies.gap.work import Work
 from apesim.studies.measured import Measured
+from apesim.studies.measured.arguments import Tell, open_measured
 from apesim.studies.measured.plausibility import refuse_faults
 
 PRIORS_HEADER = ("number of the rig", "value", "known to (1 sigma)", "stated in, or reason")

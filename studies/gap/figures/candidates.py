@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from apesim.studies.drawing.panels import add_figure_legend, legend_handle, open_one
-from apesim.studies.gap.figures.looks import AFTER, BEFORE, THRESHOLD, WIDTH
+from apesim.studies.gap.figures.style import AFTER, BEFORE, THRESHOLD, WIDTH
 
 if TYPE_CHECKING:
     from apesim.studies.gap.report.html import TriedCandidate

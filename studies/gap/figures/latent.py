@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from apesim.studies.drawing.panels import MAX_COLUMNS, draw_zero, open_wrapped
 from apesim.studies.drawing.style import Look
-from apesim.studies.gap.figures.looks import AFTER, WIDTH
+from apesim.studies.gap.figures.style import AFTER, WIDTH
 from apesim.studies.gap.report.effect_rows import NORMAL_95
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from apesim.studies.drawing.panels import add_figure_legend, break_at_gaps, find_gaps, label_axes, open_panels
 from apesim.studies.gap.decide.operating_points import label_point
-from apesim.studies.gap.figures.looks import AFTER, BEFORE, MEASURED, WIDTH, WORDS
+from apesim.studies.gap.figures.style import AFTER, BEFORE, MEASURED, WIDTH, WORDS
 from apesim.studies.gap.report.comparison import find_display
 from apesim.studies.gap.search.phases import PHASES, find_phases
 from apesim.studies.measured import CYLINDER, ENGINE

@@ -10,7 +10,7 @@ from matplotlib.image import AxesImage
 
 from apesim.studies.drawing.panels import open_row
 from apesim.studies.gap.decide.operating_points import label_point
-from apesim.studies.gap.figures.looks import MARKS, WIDTH
+from apesim.studies.gap.figures.style import MARKS, WIDTH
 from apesim.studies.gap.report.comparison import find_display
 
 if TYPE_CHECKING:

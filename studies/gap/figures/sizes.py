@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from apesim.studies.drawing.panels import add_figure_legend, legend_handle, open_one
 from apesim.studies.drawing.style import Look
 from apesim.studies.gap.decide.operating_points import label_point
-from apesim.studies.gap.figures.looks import AFTER, BEFORE, THRESHOLD, WIDTH, WORDS
+from apesim.studies.gap.figures.style import AFTER, BEFORE, THRESHOLD, WIDTH, WORDS
 from apesim.studies.gap.report.comparison import find_rms, group_by_run
 from apesim.studies.measured import CHECK
 

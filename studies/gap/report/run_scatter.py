@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
-from apesim.engine.known_to import format_known_to, name_key
+from apesim.engine.stated_uncertainties import format_known_to, name_key
 from apesim.quantities.uncertainties import Uncertainty
 from apesim.studies.estimation.residuals import WhitenedResiduals
 
-LEAST = 0.01
+MIN_SIGMAS = 0.01
 """Prior standard deviations from which a scatter is worth a mention."""
 
 
@@ -29,7 +29,7 @@ def describe_scatter(residuals: WhitenedResiduals) -> list[dict[str, Any]]:
             "differences": None if key in scatter.stated else scatter.contrasts,
         }
         for key, size in zip(scatter.keys, scatter.sizes, strict=True)
-        if size > LEAST
+        if size > MIN_SIGMAS
     ]
 
 

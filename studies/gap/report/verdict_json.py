@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from apesim.engine.known_to import format_known_to
+from apesim.engine.stated_uncertainties import format_known_to
 from apesim.quantities.uncertainties import Uncertainty
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import SENSED

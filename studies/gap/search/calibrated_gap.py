@@ -25,7 +25,7 @@ from apesim.studies.gap.search.candidates import Candidate
 from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
 from apesim.studies.gap.search.phases import find_local_shapes
 from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores, find_sensitivities
-from apesim.studies.gap.work import Work
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.measured import Measured
 
 

@@ -22,8 +22,8 @@ from apesim.studies.gap.search.model_selection import (
 from apesim.studies.gap.search.plausibility import find_implausible
 from apesim.studies.gap.search.scatter_beside import take_scatter_at_best
 from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.thresholds import DOUBTFUL
-from apesim.studies.gap.work import Work
 from apesim.studies.measured import MeasuredRun
 
 MAX_PAIRED_FAULTS = 10

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from apesim.studies.estimation.held import fit_held
+from apesim.studies.estimation.fixed_parameter import fit_held
 from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.profile_likelihood import End, Likelihood, find_end, first_better
 from apesim.studies.estimation.residuals import WhitenedResiduals
-from apesim.studies.gap.work import Work
+from apesim.studies.gap.stage_work import Work
 
 MAX_END_ERROR = 0.05
 """Deviations from those of an interval's end, within which a point is the end: a fortieth of half an interval."""

@@ -11,7 +11,7 @@ from apesim.engine.machine import Machine
 from apesim.engine.outside_machine import outside_effects_of
 from apesim.quantities.settings import schema
 from apesim.results import needed
-from apesim.studies.calls import arguments_of, public
+from apesim.studies.execution.calls import arguments_of, public
 from apesim.studies.measured import CYLINDER, VALVE, Bench
 from apesim.valve.effects import VALVE_EFFECTS, VALVE_LIBRARY
 from apesim.valve.rig import shows_on_rig

@@ -12,8 +12,8 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import unless_ended
 from apesim.studies.gap.search.refit import probe_large_sizes, refit, refit_one
 from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores, find_sensitivities, project_for_model
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST, TERM_CHANCE
-from apesim.studies.gap.work import Work
 
 MAX_SINGLES = 12
 """Candidates that are fitted alone for their score."""

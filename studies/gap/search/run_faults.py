@@ -54,7 +54,7 @@ GAIN, CLOCK, SUPPLY = 0.1, 0.02, 0.1
 """Sizes of shares that a search begins with."""
 TIME_ZERO, TEMPERATURE, ANGLE = 2e-3, 20.0, 0.035
 """Sizes of a time [s], a temperature [K] and an angle [rad] that a search begins with."""
-FARTHEST = 10.0
+MAX_SIZES = 10.0
 """Sizes beyond which no fault is fitted: what is farther off does not pass the checks before any fit."""
 MAX_SHARE = 5.0
 """Sizes of a share beyond which no fault is fitted: a supply may be noted 50 % too high."""
@@ -100,7 +100,7 @@ def make_fault(
     key: str,
     size: float,
     *,
-    farthest: float = FARTHEST,
+    farthest: float = MAX_SIZES,
     ends: tuple[float, float] | None = None,
     relative: bool = False,
     sensor: str = "",

@@ -18,7 +18,7 @@ from apesim.studies.gap.search.calibrated_gap import CalibratedGap
 from apesim.studies.gap.search.model_selection import PricedModel, find_limit
 from apesim.studies.gap.search.phases import find_local_shapes
 from apesim.studies.gap.search.score_test import Sensitivity, find_scores
-from apesim.studies.gap.work import Work
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.measured import MeasuredRun
 
 

@@ -9,7 +9,7 @@ from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
 from apesim.studies.gap.search.candidates import Candidate, Probe, list_probes
-from apesim.studies.gap.work import Work
+from apesim.studies.gap.stage_work import Work
 
 MIN_VISIBLE = 0.02
 """Sigmas that a probe has to show: fewer are indistinguishable from the march's own error."""

@@ -12,15 +12,15 @@ import numpy as np
 
 from apesim.effect import Effect
 from apesim.engine.machine import Machine
+from apesim.studies.estimation.engine_starts import Starts
 from apesim.studies.estimation.levenberg_marquardt import ROUGH, Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps
 from apesim.studies.estimation.scatter import Scatter
-from apesim.studies.estimation.starts import Starts
 from apesim.studies.gap.search.candidates import Candidate, make_strength
-from apesim.studies.gap.work import Work
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.measured import MeasuredRun
 
 CORRELATION_LENGTH = 2.0

@@ -9,10 +9,10 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import unless_ended
 from apesim.studies.gap.decide.held_out import HeldOut, find_all_held_out_residuals, judge_by_runs, leave_one_out
 from apesim.studies.gap.search.model_selection import find_penalty, find_term_penalty
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.tables.balance import Balance, fit_table
 from apesim.studies.gap.tables.suggest import suggest_form
 from apesim.studies.gap.thresholds import TABLE_MARGIN
-from apesim.studies.gap.work import Work
 from apesim.studies.measured import CHECK, GATE, Measured
 
 MAX_FITTED = 4

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.engine.known_to import GAIN
 from apesim.engine.machine import Machine
+from apesim.engine.stated_uncertainties import GAIN
 from apesim.quantities.uncertainties import Uncertainty
 from apesim.studies.measured.plausibility import thresholds as limits
 from apesim.studies.measured.plausibility.expected import Expected, expect

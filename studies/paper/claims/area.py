@@ -6,10 +6,10 @@ import numpy as np
 
 from apesim.engine.machine import Machine
 from apesim.studies.execution.pool import Team
+from apesim.studies.limit.valve_map import compute_map
 from apesim.studies.paper.claims.claim import Claim, grid_of
 from apesim.studies.paper.claims.design import works_at_30_hz
 from apesim.studies.paper.claims.motion import computed, valve_claims
-from apesim.studies.valve_map import compute_map
 
 AREAS = tuple(np.arange(3.0, 12.51, 0.5) * 1e-6)
 """Areas from a quarter of the solenoids' 4 mm bore to all of it, beyond which no effective area lies [m2]."""

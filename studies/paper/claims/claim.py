@@ -66,7 +66,7 @@ class Grid(NamedTuple):
 
 
 def grid_of(archive: Archive, ambient_pressure: float) -> Grid:
-    """Grid of a valve map, see `apesim.studies.valve_map.compute_map`; `ambient_pressure` is in Pa abs."""
+    """Grid of a valve map, see `apesim.studies.limit.valve_map.compute_map`; `ambient_pressure` is in Pa abs."""
     v = {name: variable.values for name, variable in archive.variables.items()}
     pressure, temperature = np.unique(v["supply_pressure"]), np.unique(v["supply_temperature"])
     shape = (len(pressure), len(temperature))

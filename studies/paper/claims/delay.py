@@ -3,8 +3,8 @@
 import numpy as np
 
 from apesim.engine.machine import Machine
-from apesim.studies.operating_conditions import with_control_air
 from apesim.studies.paper.claims.claim import NOT_COMPUTABLE, Claim, Grid, verdict_of
+from apesim.studies.run.operating_conditions import with_control_air
 from apesim.valve.bench import run_bench
 
 SIZE = 0.41

@@ -4,9 +4,9 @@ from typing import Any
 
 from apesim.engine.machine import Machine
 from apesim.studies.limit.valve_limit import is_complete, working_limit
-from apesim.studies.operating_conditions import with_control_air
+from apesim.studies.limit.valve_map import PULSE
 from apesim.studies.paper.claims.claim import NOT_COMPUTABLE, Claim, verdict_of
-from apesim.studies.valve_map import PULSE
+from apesim.studies.run.operating_conditions import with_control_air
 from apesim.valve.bench import run_bench
 from apesim.valve.effects.chamber_wall_heat import ChamberWallHeat
 from apesim.valve.effects.coulomb_friction import CoulombFriction

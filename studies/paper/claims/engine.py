@@ -9,10 +9,10 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import EPV
 from apesim.engine.machine import Machine
 from apesim.studies.limit.engine_limit import RPM, WITHIN, Failure, engine_limit, judged, lasting
-from apesim.studies.operating_conditions import with_control_air, with_supply
 from apesim.studies.paper.claims.area import AREAS, with_area
 from apesim.studies.paper.claims.claim import Claim, range_of, verdict_of, with_range
 from apesim.studies.paper.claims.design import RATE
+from apesim.studies.run.operating_conditions import with_control_air, with_supply
 from apesim.studies.timing.solve import corrected
 
 GAUGE = 1.0e6

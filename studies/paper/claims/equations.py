@@ -5,9 +5,9 @@ import numpy as np
 from apesim.engine.machine import Machine
 from apesim.studies.discharge import Discharge
 from apesim.studies.discharge.vessel import effective_area
+from apesim.studies.limit.valve_map import PULSE
 from apesim.studies.paper.claims.claim import Claim, verdict_of
 from apesim.studies.paper.discharge import AFTER, GAUGE, emptied, vessel_of
-from apesim.studies.valve_map import PULSE
 from apesim.valve.bench import run_bench
 from apesim.valve.solenoid import opening_curve
 

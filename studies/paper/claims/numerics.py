@@ -7,11 +7,11 @@ import numpy as np
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import EVENTS
 from apesim.march.hybrid_system import events, handle_event, rates, start_segment
-from apesim.studies.operating_conditions import with_control_air
+from apesim.studies.limit.valve_map import PULSE
 from apesim.studies.paper.claims.claim import Claim, verdict_of
 from apesim.studies.paper.claims.design import MEASURED
 from apesim.studies.paper.claims.stroke import HIGH
-from apesim.studies.valve_map import PULSE
+from apesim.studies.run.operating_conditions import with_control_air
 from apesim.valve.bench import bench_of, closed_at_start, run_bench
 from apesim.valve.motion import MET_OPEN
 

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from apesim.engine.machine import Machine
-from apesim.studies.operating_conditions import with_control_air
+from apesim.studies.limit.valve_map import PULSE
 from apesim.studies.paper.claims.claim import Claim, Grid, verdict_of
 from apesim.studies.paper.claims.delay import KNEE
-from apesim.studies.valve_map import PULSE
+from apesim.studies.run.operating_conditions import with_control_air
 from apesim.valve.bench import BenchRun, run_bench
 
 HIGH = 1.9e6

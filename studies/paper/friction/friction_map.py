@@ -8,12 +8,12 @@ import numpy as np
 
 from apesim.engine.machine import Machine
 from apesim.studies.execution.pool import Team
-from apesim.studies.operating_conditions import with_control_air
+from apesim.studies.limit.valve_map import PULSE
 from apesim.studies.paper.claims.area import with_area
 from apesim.studies.paper.claims.claim import AREA, Claim, range_of, verdict_of, with_range
 from apesim.studies.paper.claims.stroke import min_difference
 from apesim.studies.paper.friction.statements import STATEMENTS
-from apesim.studies.valve_map import PULSE
+from apesim.studies.run.operating_conditions import with_control_air
 from apesim.valve.bench import run_bench
 
 PAPERS = 111.08

@@ -13,7 +13,7 @@ from apesim.march.periodic import (
     BURST,
     ENOUGH,
     FINE,
-    LONGEST_PERIOD,
+    MAX_PERIOD,
     NOISE,
     PATIENCE,
     SAME,
@@ -342,7 +342,7 @@ def start_turning_segment(p, tables, t, t_end, y, mode):
 
 
 @pytest.mark.parametrize(
-    ("values", "period"), [(2, 2), (3, 3), (4, 4), (7, 7), (LONGEST_PERIOD, LONGEST_PERIOD), (LONGEST_PERIOD + 1, 0)]
+    ("values", "period"), [(2, 2), (3, 3), (4, 4), (7, 7), (MAX_PERIOD, MAX_PERIOD), (MAX_PERIOD + 1, 0)]
 )
 def test_a_state_that_turns_round_repeats_after_all_its_values_up_to_the_longest_period(values, period):
     orbit = settle(Turning(values), [0.0, 1.0])

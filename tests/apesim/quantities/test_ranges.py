@@ -247,7 +247,7 @@ def test_every_wrong_item_of_a_list_is_told():
 
 
 def test_every_typical_value_of_a_command_or_a_sensor_is_a_right_one():
-    import apesim.studies.operating_conditions as conditions
+    import apesim.studies.run.operating_conditions as conditions
     from apesim.studies.measured.sensors import LIFT, SENSORS
 
     shown = [value for value in vars(conditions).values() if isinstance(value, Quantity)]

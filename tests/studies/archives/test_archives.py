@@ -8,8 +8,8 @@ import pytest
 
 import apesim
 from apesim.archive import ArchiveError, read, write
-from apesim.studies.cli import app
-from apesim.studies.console import main_of
+from apesim.studies.commands.cli import app
+from apesim.studies.terminal.console import main_of
 
 SPEEDS = ["600 rpm", "900 rpm", "1200 rpm"]
 

@@ -6,7 +6,7 @@ import platform
 import numba
 import pytest
 
-from apesim.studies import doctor
+from apesim.studies.run import doctor
 
 compiled_only = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="nothing is compiled, nothing is kept")
 

@@ -8,7 +8,7 @@ from apesim.studies.commands.valve import limit as valve_limit
 from apesim.studies.commands.valve import map as valve_map
 from apesim.studies.optimise import summary as optimise
 from apesim.studies.soft_landing import summary as soft_landing
-from apesim.studies.tables import table_of
+from apesim.studies.terminal.tables import table_of
 from apesim.studies.timing import summary as timing
 
 WORDS = {"stroke", "brake", "solenoids", "commands", "full lift", "then fails", ""}

@@ -4,8 +4,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from apesim.studies.cli import app
-from apesim.studies.options import help_of
+from apesim.studies.commands.cli import app
+from apesim.studies.commands.options import help_of
 
 LIMIT = """\
 Usage: apesim engine limit [OPTIONS]

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from apesim.engine.machine import Machine
-from apesim.studies.cli import app
+from apesim.studies.commands.cli import app
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
 from tests.machines import AMBIENT
@@ -83,7 +83,7 @@ def test_figures_show_what_was_masked(folder, tmp_path):
     done = check(folder, "--out", str(tmp_path / "out"))
     assert done.return_value == 0
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["runs_1.pdf", "runs_1.png"]
-    from apesim.studies.measured_check import check_measured
+    from apesim.studies.measured.check import check_measured
 
     axis = check_measured(Machine(), folder).plot(run="SDS2.csv", channel="lift")
     [masked] = [line for line in axis.lines if line.get_label() == "masked"]

@@ -14,13 +14,13 @@ from apesim.archive import ArchiveError
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.quantities.settings import load
+from apesim.studies.commands.options import Common
 from apesim.studies.commands.valve.discharge import evaluate_discharge
-from apesim.studies.console import DONE, Console
 from apesim.studies.discharge import Record, Vessel, discharge, figure_arrays, fit_area, read_test, read_tests
 from apesim.studies.discharge.area import integrals
 from apesim.studies.discharge.figures import conditions_of_vessel
 from apesim.studies.discharge.vessel import Descent, effective_area, fall_per_area
-from apesim.studies.options import Common
+from apesim.studies.terminal.console import DONE, Console
 from apesim.valve.bench import run_bench
 from tests.machines import AMBIENT
 from tests.studies.discharge.vessels import record_of

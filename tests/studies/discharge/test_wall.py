@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from apesim.air import Air, gas_of
+from apesim.studies.commands.options import Common
 from apesim.studies.commands.valve.discharge import evaluate_discharge as command
-from apesim.studies.console import INCOMPLETE, Console
 from apesim.studies.discharge import Vessel, discharge
 from apesim.studies.discharge.area import AreaFit
 from apesim.studies.discharge.opening import Plateau, cut, find_plateau, leaves_band
 from apesim.studies.discharge.vessel import Descent
 from apesim.studies.discharge.wall import fit_wall
-from apesim.studies.options import Common
+from apesim.studies.terminal.console import INCOMPLETE, Console
 from tests.machines import AMBIENT
 from tests.studies.discharge.vessels import FULL, ROOM, psi, record_of, warm
 

@@ -7,7 +7,7 @@ from apesim.studies.estimation.calibration import elsewhere
 from apesim.studies.estimation.levenberg_marquardt import SAME, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import EndedEarly
-from apesim.studies.gap.work import Work
+from apesim.studies.gap.stage_work import Work
 
 
 class Curved:

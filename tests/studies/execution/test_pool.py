@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import typer
 
-from apesim.studies.console import INCOMPLETE, main_of
 from apesim.studies.execution import pool
 from apesim.studies.execution.pool import Died, Team, run_tasks, workers_for
+from apesim.studies.terminal.console import INCOMPLETE, main_of
 from tests.processes import ENVIRONMENT
 
 

@@ -7,10 +7,10 @@ import pytest
 
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
-from apesim.studies.estimation.arguments import open_measured
 from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.library import find_faults, list_effects, select_effects
 from apesim.studies.measured import Measured, read_measured
+from apesim.studies.measured.arguments import open_measured
 from tests.folders import ROOT
 from tests.truth.simulator.terms import FORCE
 from tests.truth.simulator.valve import Bench, noise, simulate

@@ -11,8 +11,8 @@ import pytest
 from apesim.archive import ArchiveError
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
+from apesim.studies.commands.options import Common
 from apesim.studies.commands.valve.fit import _shown, fit_valve
-from apesim.studies.console import Console
 from apesim.studies.estimation.noise.process import Noise, Whitening, white
 from apesim.studies.identify import find_time_shift, identify, judge
 from apesim.studies.identify.estimate import fit as fit_measured
@@ -20,7 +20,7 @@ from apesim.studies.identify.free import free_parameters, si_unit
 from apesim.studies.identify.gate import Judgement
 from apesim.studies.measured import Measured, MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
-from apesim.studies.options import Common
+from apesim.studies.terminal.console import Console
 from tests.machines import AMBIENT, machine
 from tests.truth.simulator.valve import POSITION, PRESSURE_A, Bench, noise, simulate
 

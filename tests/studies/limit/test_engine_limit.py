@@ -23,7 +23,7 @@ from apesim.studies.limit.engine_limit import (
     lasting,
     map_engine_limit,
 )
-from apesim.studies.operating_conditions import Supplies, with_supply
+from apesim.studies.run.operating_conditions import Supplies, with_supply
 from apesim.studies.timing.solve import Reason, corrected
 from tests.machines import RPM, changed, machine, settled
 

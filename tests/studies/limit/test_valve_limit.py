@@ -16,7 +16,7 @@ from apesim.studies.limit.valve_limit import (
     limit_map,
     working_limit,
 )
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.run.operating_conditions import with_supply
 from tests.machines import changed
 
 AMBIENT = Machine().ambient.pressure

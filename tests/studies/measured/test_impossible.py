@@ -6,8 +6,8 @@ import pytest
 import apesim
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
-from apesim.studies.estimation.arguments import open_measured
 from apesim.studies.measured import Measured, read_measured
+from apesim.studies.measured.arguments import open_measured
 from apesim.studies.measured.plausibility import examine
 from apesim.studies.measured.plausibility.impossible import mask_impossible
 from tests.machines import AMBIENT

@@ -5,7 +5,7 @@ import pytest
 
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.steady import known_state, run_steady
-from apesim.studies.estimation.starts import Starts
+from apesim.studies.estimation.engine_starts import Starts
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of, start_of, with_value
 from apesim.valve.bench import run_bench

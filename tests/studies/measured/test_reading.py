@@ -8,9 +8,9 @@ import pytest
 
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
+from apesim.studies.execution.output import write_traces
 from apesim.studies.measured import VALVE, read_measured
 from apesim.studies.measured.prediction import run_of
-from apesim.studies.output import write_traces
 from apesim.valve.bench import TRACE, run_bench
 from tests.machines import AMBIENT, machine, settled
 

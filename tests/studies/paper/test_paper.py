@@ -11,6 +11,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.discharge import discharge
 from apesim.studies.limit.valve_limit import Limit, is_complete
+from apesim.studies.limit.valve_map import compute_map
 from apesim.studies.paper import repetition
 from apesim.studies.paper.claims import delay, design, engine, equations, numerics, stroke
 from apesim.studies.paper.claims.area import claims_by_area, with_area
@@ -32,7 +33,6 @@ from apesim.studies.paper.judgement import all_claims
 from apesim.studies.paper.page import write_page
 from apesim.studies.paper.repetition import repeat_paper
 from apesim.studies.paper.subject import differences
-from apesim.studies.valve_map import compute_map
 from tests.machines import changed
 
 AMBIENT = Machine().ambient.pressure
@@ -450,8 +450,8 @@ def test_the_command_leaves_page_and_claims(tmp_path, monkeypatch, capsys, areas
     """Grids of a few points by default; those of the command itself, whose sizes the test above holds, are slow."""
     import sys
 
-    from apesim.studies.cli import app
-    from apesim.studies.console import main_of
+    from apesim.studies.commands.cli import app
+    from apesim.studies.terminal.console import main_of
 
     monkeypatch.setattr(repetition, "claims_by_area", partial(claims_by_area, **areas))
     monkeypatch.setattr(repetition, "map_friction", partial(map_friction, **grid))

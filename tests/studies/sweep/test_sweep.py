@@ -18,13 +18,13 @@ from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.engine.warnings import judge_point
 from apesim.quantities.settings import dumps, load
-from apesim.studies.march_status import STATUS_MEANINGS
+from apesim.studies.run.march_status import STATUS_MEANINGS
 from apesim.studies.sweep import CORRECTED, FIXED, TIMINGS, run_sweep
 from apesim.studies.sweep.compute import WARNING_FLAGS, compute
 from apesim.studies.sweep.figures import plot_cycle, plot_over_speed, sweep_figures
 from apesim.studies.sweep.plan import actuation_of, in_one_unit, plan
 from apesim.studies.sweep.results import archive_of, faults_of, warnings_of
-from apesim.studies.sweep.table import MOST_ROWS, sweep_table
+from apesim.studies.sweep.table import MAX_ROWS_SHOWN, sweep_table
 from apesim.studies.sweep.variation import Variation
 from apesim.studies.timing import Reason
 from apesim.valve.groove import area_table, lap_of
@@ -143,16 +143,18 @@ def test_an_incomplete_stroke_stands_in_the_archive_the_table_and_the_figure(swe
 
 
 def test_of_a_long_table_the_first_rows_are_shown_and_how_many_there_are():
-    speeds = RPM * np.linspace(600.0, 2400.0, MOST_ROWS + 1)
+    speeds = RPM * np.linspace(600.0, 2400.0, MAX_ROWS_SHOWN + 1)
     planned = plan(Variation((), (Machine(),)), speeds, [IDEAL_VALVE])
-    results = MOST_ROWS * compute(planned.points[:1], traces=False)
+    results = MAX_ROWS_SHOWN * compute(planned.points[:1], traces=False)
     archive = archive_of(planned.points[:-1], results, planned.variation, "", {"axes": json.dumps(planned.axes)})
-    assert sweep_table(archive).row_count == MOST_ROWS
+    assert sweep_table(archive).row_count == MAX_ROWS_SHOWN
     assert "rows" not in str(sweep_table(archive).title)
     archive = archive_of(planned.points, [*results, results[0]], planned.variation, "", archive.provenance)
     table = sweep_table(archive)
-    assert table.row_count == MOST_ROWS
-    assert str(table.title).endswith(f"; {MOST_ROWS} of {MOST_ROWS + 1} rows, all of which are in the archive")
+    assert table.row_count == MAX_ROWS_SHOWN
+    assert str(table.title).endswith(
+        f"; {MAX_ROWS_SHOWN} of {MAX_ROWS_SHOWN + 1} rows, all of which are in the archive"
+    )
 
 
 @pytest.mark.parametrize("speed_rpm", [600.0, 1200.0])

@@ -9,12 +9,12 @@ import pytest
 
 from apesim.archive import Archive
 from apesim.archive.columns import column, run_axis
-from apesim.studies.archive_result import variables_of
+from apesim.studies.archives.archive_result import variables_of
 from apesim.studies.limit.points import Point, point_column
 from apesim.studies.limit.valve_limit import ValveLimit
+from apesim.studies.limit.valve_map import supply_columns
 from apesim.studies.sweep.figures import MAX_LINES
 from apesim.studies.sweep.study import Sweep
-from apesim.studies.valve_map import supply_columns
 
 PRESSURES = ["0.6 MPa gauge", "1 MPa gauge", "1.4 MPa gauge"]
 SPEEDS = ["600 r/min", "900 r/min"]

@@ -18,7 +18,7 @@ from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.quantities.settings import dumps, load
-from apesim.studies.operating_conditions import Supplies, with_supply
+from apesim.studies.run.operating_conditions import Supplies, with_supply
 from apesim.studies.timing.export import as_json, export
 from apesim.studies.timing.figures import timing_figures
 from apesim.studies.timing.grid import REASONS, TimingMap, faults_of_timing, map_timing

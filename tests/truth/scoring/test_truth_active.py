@@ -30,7 +30,7 @@ from tests.truth.sealed.schedule import SINGLE, plan_of
 from tests.truth.sealed.setting import AMBIENT
 
 SEED = 20226
-TOOL = [sys.executable, "-c", "from apesim.studies.cli import main; main()"]
+TOOL = [sys.executable, "-c", "from apesim.studies.commands.cli import main; main()"]
 NAMED_AFTER_ONE = 70052
 """Seed of a case that is refused, and named with one more run."""
 

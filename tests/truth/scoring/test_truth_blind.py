@@ -14,7 +14,7 @@ from tests.truth.sealed.challenge import draw, restore, write
 from tests.truth.sealed.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
 
 pytestmark = pytest.mark.slow
-TOOLS = {"apesim": [sys.executable, "-c", "from apesim.studies.cli import main; main()"]}
+TOOLS = {"apesim": [sys.executable, "-c", "from apesim.studies.commands.cli import main; main()"]}
 FIVE = {20226: SINGLE, 20320: SINGLE, 20414: DOUBLE, 20329: REMOVED, 20255: FOREIGNER}
 """Kinds of cases by seed; cases that are soon made, all of the valve."""
 KEPT = 20226, 20414, 20329

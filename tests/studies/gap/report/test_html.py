@@ -12,7 +12,6 @@ import pytest
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
 from apesim.studies.commands.gap import explain
-from apesim.studies.console import Console
 from apesim.studies.estimation.residuals import Block
 from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.example_bench import explain_example
@@ -23,8 +22,9 @@ from apesim.studies.gap.report.comparison import ComparedSignal, find_display, f
 from apesim.studies.gap.report.html import MAX_WARNINGS, TERMS, TriedCandidate
 from apesim.studies.gap.report.residual_map import map_residuals
 from apesim.studies.gap.search.model_selection import PricedModel
-from apesim.studies.lineage import read_parent
 from apesim.studies.measured import Measured, MeasuredRun
+from apesim.studies.measured.lineage import read_parent
+from apesim.studies.terminal.console import Console
 from tests.gap_bench import write_bench
 
 AMBIENT = 101325.0

@@ -18,7 +18,7 @@ from apesim.studies.gap.search.calibrated_gap import check_against_noise, score_
 from apesim.studies.gap.search.candidate_fits import fit_candidates
 from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.library import select_effects
-from apesim.studies.gap.work import Work
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.measured import FIT, read_measured
 from tests.gap_bench import AMBIENT, write_bench
 

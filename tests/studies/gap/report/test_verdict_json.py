@@ -18,7 +18,7 @@ from apesim.studies.gap.report.effect_rows import SIDES, describe_effects
 from apesim.studies.gap.report.verdict_json import list_class, write_sentence
 from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.model_selection import PricedModel
-from apesim.studies.gap.work import Work
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.workflow import check_on_unused_runs
 from apesim.studies.measured import Measured
 from apesim.studies.measured.prediction import run_of

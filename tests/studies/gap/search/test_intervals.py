@@ -13,7 +13,7 @@ from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.intervals import find_profiles
 from apesim.studies.gap.search.library import select_effects
 from apesim.studies.gap.search.refit import refit
-from apesim.studies.gap.work import Work
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.measured import Measured, MeasuredRun
 from tests.truth.scoring.score import clopper_pearson
 from tests.truth.simulator.valve import Bench, noise, simulate

@@ -4,9 +4,9 @@ import pytest
 
 import apesim
 from apesim.engine.effects import ALL_EFFECTS, ENGINE_EFFECTS
-from apesim.studies.cli import app
-from apesim.studies.console import main_of
+from apesim.studies.commands.cli import app
 from apesim.studies.gap.search.library import list_effects
+from apesim.studies.terminal.console import main_of
 from apesim.valve.effects import VALVE_EFFECTS
 
 CHANNELS = {"lift", "pressure_a", "pressure_b", "cylinder_pressure", "torque", "air_flow", "force"}

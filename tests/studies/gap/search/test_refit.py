@@ -14,7 +14,7 @@ from apesim.studies.gap.search.candidates import Candidate, Probe
 from apesim.studies.gap.search.model_selection import MAX_LARGE, MAX_SINGLES, fit_singles
 from apesim.studies.gap.search.refit import probe_large_sizes, refit
 from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores, find_sensitivities
-from apesim.studies.gap.work import Work
+from apesim.studies.gap.stage_work import Work
 
 NUISANCE = Parameter("effects.time_zero.time", 1.0, -5.0, 5.0, prior=True)
 BENT, PLAIN = (

@@ -14,7 +14,7 @@ from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.library import select_effects
 from apesim.studies.gap.search.model_selection import fit_singles
 from apesim.studies.gap.search.scatter_beside import take_scatter_at_best
-from apesim.studies.gap.work import Work
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.measured import CHECK
 
 KNOWN = Scatter(("valve.viscous_friction",), (0.3,), 5, {})

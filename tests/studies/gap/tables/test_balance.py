@@ -11,10 +11,10 @@ from apesim.quantities.settings import load
 from apesim.studies.estimation.calibration import calibrate
 from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.library import select_effects
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.tables.balance import correlate_nodes, find_most_probable, weigh_balances
 from apesim.studies.gap.tables.suggest import fit_sparse
 from apesim.studies.gap.tables.tabulate import Tables, tabulate
-from apesim.studies.gap.work import Work
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import Measured, read_measured
 from tests.gap_bench import AMBIENT, BUT_RIVALS, NOISE, STROKE, record
