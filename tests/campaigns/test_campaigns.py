@@ -115,6 +115,7 @@ def test_inputs_that_are_not_spoilt_are_read(make, tmp_path, monkeypatch):
     assert inputs.judge(kind, arguments, names, *inputs.run(arguments)) == Outcome(f"{kind}: done")
 
 
+@pytest.mark.slow
 def test_whatever_a_file_holds_it_is_read_or_refused(tmp_path):
     found = run_campaign(inputs.__name__, range(TRIALS), tmp_path)
     assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
@@ -154,6 +155,7 @@ def test_a_value_that_is_changed_unseen_is_told(tmp_path, monkeypatch):
     assert archives.judge(archives.cut_off, whole, damaged).is_broken
 
 
+@pytest.mark.slow
 def test_no_damage_of_an_archive_changes_what_is_read_unseen(tmp_path):
     found = run_campaign(archives.__name__, range(4 * len(archives.DAMAGES)), tmp_path)
     assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
@@ -366,6 +368,7 @@ def test_a_machine_that_is_drawn_is_valid_and_follows_from_its_seed(is_wide):
     assert (max(frictions) > 1000.0) is is_wide
 
 
+@pytest.mark.slow
 def test_every_effect_and_every_curve_is_drawn_and_a_wide_machine_reaches_the_ends():
     default, drawn = Machine(), [draw_machine(np.random.default_rng(seed), True) for seed in range(300)]
     for leaf in schema(Machine):
@@ -383,6 +386,7 @@ def whole_run():
     return Machine(), apesim.run_engine(Machine(), speed="1000 rpm")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "seed",
     [
@@ -442,6 +446,7 @@ def test_a_balance_that_does_not_close_is_told(whole_run, name, value, told):
     assert [what for what, _ in machines.find_faults(machine, other)] == [told]
 
 
+@pytest.mark.slow
 def test_whatever_machine_is_drawn_it_closes_or_is_named(tmp_path):
     """However long it takes: other tests share the processor."""
     found = run_campaign(machines.__name__, range(TRIALS), tmp_path, longest=300.0)

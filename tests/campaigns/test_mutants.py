@@ -23,6 +23,7 @@ def test_mutants_are_of_the_physics_and_in_an_order_that_stays():
     assert mutants.mutants() == listed
 
 
+@pytest.mark.slow
 def test_a_mutant_is_caught_by_the_examples_or_its_line_is_kept(monkeypatch):
     path, operator = "engine/friction.py", "core/ReplaceBinaryOperator_Mul_Add"
     one = next(mutant for mutant in mutants.mutants() if (mutant.path, mutant.operator) == (path, operator))

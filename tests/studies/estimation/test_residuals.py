@@ -1,5 +1,6 @@
 """Whitened residuals give the same bits for the same question, whatever was asked of them before."""
 
+import functools
 import pickle
 
 import numpy as np
@@ -30,6 +31,7 @@ PRIORS = (
 WITH_VOLUME = {"valve": "supply_droop", "engine": "intake_pipe_loss"}
 
 
+@functools.cache
 def run_on(bench):
     """A run without noise of a machine that is not quite the one that is fitted."""
     times = np.arange(0.0, 0.06, 2.5e-4)
@@ -43,9 +45,6 @@ def run_on(bench):
     return run._replace(channels=shown.channels, means=shown.means)
 
 
-RUNS = {bench: run_on(bench) for bench in ("valve", "engine")}
-
-
 def fresh(bench, **options):
     """Residuals of which nothing was asked, with an effect among the parameters that adds a volume."""
     name = WITH_VOLUME[bench]
@@ -54,7 +53,7 @@ def fresh(bench, **options):
         *(nuisance(MACHINE, prior) for prior in PRIORS[: 3 if bench == "valve" else 2]),
         *candidate.parameters,
     ]
-    return WhitenedResiduals(MACHINE, [RUNS[bench]], parameters, NOISE, **options)
+    return WhitenedResiduals(MACHINE, [run_on(bench)], parameters, NOISE, **options)
 
 
 def bits(values):
@@ -150,7 +149,7 @@ def test_a_run_that_cannot_be_simulated_raises_what_the_face_exports_in_any_proc
 
 
 def test_a_missing_cell_costs_its_sample_alone():
-    run = RUNS["valve"]
+    run = run_on("valve")
     whole = fresh("valve")
     x = np.zeros(len(whole.parameters))
     lift = np.where(np.isin(np.arange(len(run.times)), [5, 90, 91]), np.nan, run.channels["lift"])
@@ -165,7 +164,7 @@ def test_a_missing_cell_costs_its_sample_alone():
 def test_a_missing_cell_of_an_engine_keeps_the_angles_of_the_others():
     angles = np.linspace(0.0, 6.0, 9)
     pressure = np.where(np.arange(9) == 4, np.nan, 1e5)
-    run = RUNS["engine"]._replace(times=angles / 100.0, angles=angles, channels={"cylinder_pressure": pressure})
+    run = run_on("engine")._replace(times=angles / 100.0, angles=angles, channels={"cylinder_pressure": pressure})
     block, *means = WhitenedResiduals(MACHINE, [run], []).blocks
     assert np.array_equal(block.angles, np.delete(angles, 4))
     assert [mean.sensor for mean in means] == ["torque", "air_flow"]

@@ -158,6 +158,7 @@ def test_a_size_that_is_stated_stays_and_the_other_is_told_beside_it():
     assert sizes[1] == free[1]
 
 
+@pytest.mark.slow
 def test_beside_what_is_stated_noise_alone_is_no_further_scatter():
     rng = np.random.default_rng(3)
     stated = np.array([np.nan, 0.1])

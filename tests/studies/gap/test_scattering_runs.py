@@ -62,6 +62,7 @@ def test_where_nothing_is_hidden_scatter_is_no_gap():
     assert np.sqrt(np.mean(left**2)) == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_hidden_effect_is_named_beside_it():
     found = explained(hidden=True)
     assert found.verdict in ("NAMED", "NAMED_CLASS")

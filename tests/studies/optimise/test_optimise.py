@@ -191,6 +191,7 @@ def test_without_brake_work_the_exit_code_says_so(apesim):
     assert "1200 r/min: no commands" in err
 
 
+@pytest.mark.slow
 def test_one_goal_and_a_free_pressure_are_drawn_and_shown(apesim, tmp_path):
     free = ["--free", "supply.pressure=0.8 MPa gauge:1 MPa gauge", "--speed", "1200 rpm"]
     code, out, _ = apesim("engine", "optimise", "--for", "air", *free)

@@ -215,6 +215,7 @@ def test_brakes_drawn_at_random_are_not_softer(results):
 # --- what 120 Hz allows ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("number", "alone"), [(0, ONLY_B), (1, ONLY_A)], ids=STROKES)
 def test_at_120_hz_the_solenoid_that_drives_lands_the_piston_softly_alone(of_the_paper, number, alone):
     # B drives the opening, A the closing: shut off, it takes the push away, and the piston stays at its stop.

@@ -78,6 +78,7 @@ def test_what_a_laboratory_states_is_what_its_rig_is_drawn_from_and_else_nothing
     assert next(one.deviation for one in nuisances if one.name == "valve.clearance_volume") == 0.005
 
 
+@pytest.mark.slow
 def test_an_effect_counts_less_where_runs_scatter_and_the_more_repeats_the_less_it_loses():
     def size(repeats, scatter):
         points = tuple(point._replace(repeats=repeats) for point in POINTS[:2])
@@ -105,6 +106,7 @@ def test_the_scatter_of_a_run_is_a_nuisance_of_that_run():
     assert np.linalg.norm(change) < 1.0 < np.linalg.norm(bare)
 
 
+@pytest.mark.slow
 def test_a_fault_of_one_of_three_repeats_counts_as_if_it_were_a_run_of_its_own():
     fault = Fault("drift", "lift", 0.1e-3)
     sizes = []
@@ -174,6 +176,7 @@ def test_a_case_can_be_made_again_and_keeps_its_fault_to_one_file(faulty, tmp_pa
         assert differ == ([answer["fault"]["file"]] if changes else [])
 
 
+@pytest.mark.slow
 def test_runs_that_scatter_are_told_by_repeats(faulty):
     _, answer, folder = faulty
     measured = tomllib.loads((folder / "case" / "measured.toml").read_text())

@@ -131,6 +131,7 @@ def test_the_compiled_engine_agrees_with_the_truth_at_random_machines(seed):
     assert_agree(*random_machine(seed))
 
 
+@pytest.mark.slow
 def test_the_compiled_engine_agrees_with_the_truth_where_small_volumes_follow_large_areas_slowly():
     """At 41 r/min explicit steps, held down by the receiver's and the clearance's filling, are two million a cycle."""
     values = {
