@@ -110,7 +110,7 @@ TERMS = {name: text for name, (_, text) in (ENTERS | LEAVES).items()} | WORKS
 def port_stream(
     i: int, mode: np.ndarray, ports: tuple[Port, ...], airs: tuple[GasState, ...], flows: tuple[Flow, ...]
 ) -> Stream:
-    """Stream through port `i`, from the flows of all ports (FLOW_ENTRIES * PORTS,) and the modes (MODES,)."""
+    """Stream through port `i`, from the flows through all ports and the modes (MODES,)."""
     return stream_through(mode[EXCHANGE + i], sides_of(ports[i], airs), flows[i].mass)
 
 
@@ -145,8 +145,8 @@ def add_exergy_rates(
         State of the cylinder at that time.
     receiver, intake : apesim.air.GasState
         State of the air in the receiver and before the groove.
-    flows : (FLOW_ENTRIES * PORTS,) float array
-        Flows through the ports, without what passes beside the groove.
+    flows : tuple of apesim.restriction.Flow
+        Flow through each port, without what passes beside the groove.
     terms : apesim.engine.cycle.gas_exchange.EffectTerms
         What effects let into the cylinder.
     dy : (SIZE + RATES,) float array
@@ -162,12 +162,13 @@ def add_exergy_rates(
     With all at rest before the first cycle, nothing is destroyed by friction of the valve's piston:
 
     >>> from apesim.engine.cycle.gas_exchange import effect_terms
+    >>> from apesim.engine.cycle.state import PORTS
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), 100.0)
     >>> (y, mode), dy = charged_at_rest(cycle), np.full(SIZE + RATES, np.nan)
     >>> cylinder, receiver = cylinder_state(cycle, 0.0, y)[0], receiver_state(cycle, y)
-    >>> flows, terms = np.zeros(FLOW_ENTRIES * PORTS), effect_terms(cycle, cylinder)
+    >>> flows, terms = (NO_FLOW,) * PORTS, effect_terms(cycle, cylinder)
     >>> add_exergy_rates(cycle, 0.0, y, mode, cylinder, receiver, receiver, flows, terms, dy)
     >>> print(abs(dy[SIZE + VALVE_FRICTION]))
     0.0

@@ -4,8 +4,8 @@ QUICK = {
     *("test_air", "test_effect", "test_adaptive", "test_periodic", "test_solenoid", "test_chamber", "test_groove"),
     *("test_piston", "test_ledger", "test_motion", "test_measures", "test_tabulated_effects", "test_kinematics"),
     *("test_cam", "test_friction", "test_operating_point", "test_rosenbrock", "test_restriction", "test_rig"),
-    *("test_machine", "test_ideal_work", "test_theory", "test_exchange", "test_outside_machine", "test_exergy"),
-    *("test_ports", "test_known_to", "test_engine_adjustments", "test_sensor_effects", "test_machine_file"),
+    *("test_machine", "test_ideal_work", "test_theory", "test_gas_exchange", "test_outside_machine", "test_exergy"),
+    *("test_ports", "test_stated_uncertainties", "test_engine_adjustments", "test_sensor_effects", "test_machine_file"),
 }
 """Stems of files that take seconds without compiling; of the effects, the tables."""
 LONG = {

@@ -6,7 +6,7 @@ import numpy as np
 
 from apesim.studies.measured.plausibility import Kind
 from docs.results import Number, Table
-from tests.truth.scoring.plausibility import break_folders, examine_folder, honest, with_effects
+from tests.campaigns.honest_data import break_folders, examine_folder, honest, with_effects
 from tests.truth.sealed.library import ENGINE, LIBRARY, VALVE
 
 LONG = True

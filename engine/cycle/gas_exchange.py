@@ -1,7 +1,8 @@
 """Gas exchange of the engine: the ports through which air flows between its volumes, and the regimes of these flows.
 
-`ports_at` is their list: what reads it passes over its entries, none by name. The law of a flow is Eq. 7 of the EPV
-paper (doi 10.1631/jzus.A0820373), see `apesim.restriction`. What effects let into the cylinder is summed here, too.
+`ports_at` is their list: regimes, events and balances pass over its entries; ledger and exergy name some. The law of a
+flow is Eq. 7 of the EPV paper (doi 10.1631/jzus.A0820373), see `apesim.restriction`. What effects let into the cylinder
+is summed here, too.
 """
 
 from typing import NamedTuple

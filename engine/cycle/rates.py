@@ -306,7 +306,8 @@ def cycle_events(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndar
 
     At rest and shut, nothing happens by itself:
 
-    >>> g = np.full(16, -1.0)
+    >>> from apesim.march.adaptive import EVENTS
+    >>> g = np.full(EVENTS, -1.0)
     >>> cycle_events(cycle, 0.0, y, mode, g)
     >>> bool(g.max() < 0.0)
     True

@@ -71,7 +71,7 @@ GROOVE_BACK = ENGINE_LEDGER + FLOW_ENTRIES * sum(kind is Flow for kind in Engine
 EXHAUST_BACK, WORK, SIZE = range(GROOVE_BACK + 1, GROOVE_BACK + 4)
 """Elements of what stands behind the flows in the engine air's ledger; SIZE is how many a state vector has."""
 GROOVE, EXHAUST, EXHAUST_2, FEED, PIPE_FEED = range(5)
-"""Numbers of the ports of the gas exchange, see `apesim.engine.cycle.gas_exchange.port_at`."""
+"""Numbers of the ports of the gas exchange, see `apesim.engine.cycle.gas_exchange.ports_at`."""
 PORTS = 5
 """Number of these ports."""
 EXHAUSTS = EXHAUST, EXHAUST_2

@@ -308,7 +308,11 @@ def _engine_marks(machine: Machine, run: SteadyRun) -> dict[str, float]:
         }
         marks = NEVER | {mark: (angles[name] * DEGREE - p.start) / p.speed for mark, name in named.items()}
     # The exhaust lasts from the first valve's opening to the last one's closing.
-    first = min((valve.opens - p.start) % TURN for valve in p.exhausts)
-    last = max((valve.closes - p.start) % TURN for valve in p.exhausts)
-    exhaust = {"exhaust_opens": first / p.speed, "exhaust_closes": last / p.speed}
+    near = 0.5 * TURN - p.exhausts[0].opens
+    first = min(p.exhausts, key=lambda valve: (valve.opens + near) % TURN)
+    last = max(p.exhausts, key=lambda valve: (valve.closes - first.opens) % TURN)
+    exhaust = {
+        "exhaust_opens": (first.opens - p.start) % TURN / p.speed,
+        "exhaust_closes": (last.closes - p.start) % TURN / p.speed,
+    }
     return {"energise": 0.0, "release": release} | marks | exhaust

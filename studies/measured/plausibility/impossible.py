@@ -145,13 +145,14 @@ def _find_supply(machine: Machine, run: MeasuredRun) -> float:
 def _find_highest_pressure(machine: Machine, run: MeasuredRun, channel: str) -> float:
     """Highest pressure that a volume can come to [Pa abs]: what it is fed with, or what the crank compresses.
 
-    The crank compresses air of the surroundings from where the exhaust begins to close, without loss of heat.
+    The crank compresses air of the surroundings from where the first exhaust valve begins to close,
+    without loss of heat.
     """
     supply = _find_supply(machine, run)
     if channel != "cylinder_pressure":
         return supply
     engine = machine.engine
-    trapped = min(cylinder_volume(crank_of(engine), valve.closes - valve.flank)[0] for valve in engine.exhausts)
+    trapped = max(cylinder_volume(crank_of(engine), valve.closes - valve.flank)[0] for valve in engine.exhausts)
     ratio = trapped / clearance_volume(engine)
     return max(supply, machine.ambient.pressure * ratio**machine.air.heat_capacity_ratio)
 

@@ -109,6 +109,8 @@ def refuse_unknown(machine):
         unknown.append("cylinder_wall_heat.factor")
     if machine.air.model:
         unknown.append("air.model")
+    if machine.engine.exhaust_2.effective_area:
+        unknown.append("engine.exhaust_2")
     unknown += [
         name
         for name, curve in (
