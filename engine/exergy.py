@@ -163,6 +163,7 @@ def add_exergy_rates(
 
     >>> from apesim.engine.cycle.gas_exchange import effect_terms
     >>> from apesim.engine.cycle.state import PORTS
+    >>> from apesim.restriction import NO_FLOW
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), 100.0)

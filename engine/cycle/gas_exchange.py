@@ -46,8 +46,8 @@ from apesim.valve.actuator import AREA, AREA_SLOPE
 from apesim.valve.ledger import FLOW_ENTRIES, valve_states
 from apesim.valve.ports import ports_area
 
-SUPPLY, RECEIVER, INTAKE, CYLINDER, OUTSIDE = range(5)
-"""Airs that a port leads from or to; INTAKE is the air before the groove, OUTSIDE that behind the exhaust valves."""
+SUPPLY_AIR, RECEIVER_AIR, INTAKE_AIR, CYLINDER_AIR, OUTSIDE_AIR = range(5)
+"""Airs that a port leads from or to: INTAKE_AIR is before the groove, OUTSIDE_AIR behind the exhaust valves."""
 AIRS = 5
 """Number of these airs."""
 
@@ -128,11 +128,11 @@ def ports_at(p: Cycle, angle: float, y: np.ndarray, mode: np.ndarray) -> tuple[P
     """
     engine, piped = p.engine, has_pipe(p)
     return (
-        Port(intake_area(p, angle, y, mode), INTAKE if piped else RECEIVER, CYLINDER),
-        Port(exhaust_area(p.exhausts[0], angle), CYLINDER, OUTSIDE),
-        Port(exhaust_area(p.exhausts[-1], angle) if len(p.exhausts) > 1 else 0.0, CYLINDER, OUTSIDE),
-        Port(engine.receiver.feed_area if p.receiver_volume > 0.0 else 0.0, SUPPLY, RECEIVER),
-        Port(p.pipe.feed_area if piped else 0.0, RECEIVER, INTAKE),
+        Port(intake_area(p, angle, y, mode), INTAKE_AIR if piped else RECEIVER_AIR, CYLINDER_AIR),
+        Port(exhaust_area(p.exhausts[0], angle), CYLINDER_AIR, OUTSIDE_AIR),
+        Port(exhaust_area(p.exhausts[-1], angle) if len(p.exhausts) > 1 else 0.0, CYLINDER_AIR, OUTSIDE_AIR),
+        Port(engine.receiver.feed_area if p.receiver_volume > 0.0 else 0.0, SUPPLY_AIR, RECEIVER_AIR),
+        Port(p.pipe.feed_area if piped else 0.0, RECEIVER_AIR, INTAKE_AIR),
     )
 
 

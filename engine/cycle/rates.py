@@ -7,10 +7,10 @@ from apesim.engine.angles import TURN
 from apesim.engine.cam import lift_line
 from apesim.engine.cycle.gas_exchange import (
     AIRS,
-    CYLINDER,
-    INTAKE,
-    OUTSIDE,
-    RECEIVER,
+    CYLINDER_AIR,
+    INTAKE_AIR,
+    OUTSIDE_AIR,
+    RECEIVER_AIR,
     add_flow,
     airs_at,
     change_exchange_regime,
@@ -226,24 +226,24 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
     entering: np.ndarray = zeros(AIR_FLOWS)  # type: ignore[call-arg]
     leaving: np.ndarray = zeros(AIR_FLOWS)  # type: ignore[call-arg]
     update_exchange(ports, flows, entering, leaving)
-    add_flow(entering, CYLINDER, past)
+    add_flow(entering, CYLINDER_AIR, past)
     add_flow(leaving, ports[GROOVE].before, past)
     if p.control_from_receiver:
-        add_flow(leaving, RECEIVER, line)
+        add_flow(leaving, RECEIVER_AIR, line)
 
     # Balances, then the ledgers that show whether they close; the exergy only where a march has room for it.
-    in_cylinder = net_flow(entering, leaving, CYLINDER)
+    in_cylinder = net_flow(entering, leaving, CYLINDER_AIR)
     update_states(
         dy,
         valve.states,
         (
             GasContent(in_cylinder.mass + let_in.mass, in_cylinder.enthalpy - work + let_in.enthalpy),
-            gas_rates(p.receiver_volume > 0.0, net_flow(entering, leaving, RECEIVER)),
+            gas_rates(p.receiver_volume > 0.0, net_flow(entering, leaving, RECEIVER_AIR)),
             GasContent(line.mass - valve.supplied.mass, line.enthalpy - valve.supplied.enthalpy),
-            gas_rates(has_pipe(p), net_flow(entering, leaving, INTAKE)),
+            gas_rates(has_pipe(p), net_flow(entering, leaving, INTAKE_AIR)),
         ),
     )
-    groove, exhaust_back = ledger_flow(entering, FLOW_ENTRIES * CYLINDER), 0.0
+    groove, exhaust_back = ledger_flow(entering, FLOW_ENTRIES * CYLINDER_AIR), 0.0
     for i in EXHAUSTS:
         exhaust_back += max(0.0, -flows[i].mass)
     update_ledgers(
@@ -252,7 +252,7 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
         Flow(valve.let_in.mass + let_in.mass, valve.let_in.enthalpy + let_in.enthalpy),
         EngineLedger(
             groove,
-            ledger_flow(entering, FLOW_ENTRIES * OUTSIDE),
+            ledger_flow(entering, FLOW_ENTRIES * OUTSIDE_AIR),
             flows[FEED],
             flows[PIPE_FEED],
             max(0.0, -groove.mass),

@@ -83,7 +83,7 @@ MODES = EXCHANGE + PORTS
 INTAKE_OPEN says whether the ideal valve is open. LIFT [m] and LIFT_SLOPE [m/rad] are the line of a cam's lift curve,
 from crank angle 0. BRANCHES holds the branches of the effects' laws. From EXCHANGE on they hold the regimes of the
 flows through the ports, in their order; MODES is how many modes there are."""
-SCALE = valve_actuator.SCALE + 4 * (valve_actuator.GAS_SCALE,)
+SCALE = valve_actuator.SCALE + (STATES - valve_actuator.STATES) * (valve_actuator.GAS_SCALE,)
 """Scale of the error of each state beside its own size, without supply line and intake pipe."""
 
 
