@@ -177,6 +177,7 @@ def add_exergy_rates(
     r: np.ndarray = zeros(RATES)  # type: ignore[call-arg]
     gas, ambient = p.actuator.gas, p.actuator.ambient
     p_c, t_c = cylinder.air
+    # Found again: handed over, they would be kept in memory in every march, with this ledger or without.
     ports, airs = ports_at(p, cylinder.angle, y, mode), airs_at(p, cylinder, receiver, intake)
     let_in, heat, past_groove = terms.let_in, terms.heat, terms.past_groove.mass
 

@@ -11,33 +11,49 @@ from apesim.engine.cam import raised_cosine, window_faults
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
 
+Angle = Annotated[float, Quantity("deg", -360, 720, "chosen")]
+Flank = Annotated[float, Quantity("deg", 0.1, 180, "chosen; raised cosine, inside the window")]
+
 
 class Exhaust(NamedTuple):
     """Exhaust valve, driven by a cam with raised-cosine flanks."""
 
-    effective_area: Annotated[float, Quantity("mm^2", 0, 10000, "chosen; 0: there is no such valve")] = 500.0e-6
-    opens: Annotated[float, Quantity("deg", -360, 720, "chosen")] = 165.0 * DEGREE
-    closes: Annotated[float, Quantity("deg", -360, 720, "chosen")] = 340.0 * DEGREE
-    flank: Annotated[float, Quantity("deg", 0.1, 180, "chosen; raised cosine, inside the window")] = 25.0 * DEGREE
+    effective_area: Annotated[float, Quantity("mm^2", 0.1, 10000, "chosen")] = 500.0e-6
+    opens: Angle = 165.0 * DEGREE
+    closes: Angle = 340.0 * DEGREE
+    flank: Flank = 25.0 * DEGREE
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
         """Find what is wrong with the exhaust valve's window, see `window_faults`: key, wrong, right."""
         return window_faults(self)
 
 
-NO_EXHAUST = Exhaust(effective_area=0.0)
-"""Exhaust valve that an engine does not have."""
+class SecondExhaust(NamedTuple):
+    """Second exhaust valve, like the first one; off where its effective area is 0."""
+
+    effective_area: Annotated[float, Quantity("mm^2", 0, 10000, "chosen; 0: there is none")] = 0.0
+    opens: Angle = 165.0 * DEGREE
+    closes: Angle = 340.0 * DEGREE
+    flank: Flank = 25.0 * DEGREE
+
+    def faults(self) -> Iterator[tuple[str, str, str]]:
+        """Find what is wrong with the second exhaust valve's window, see `window_faults`: key, wrong, right."""
+        return window_faults(self)
+
+
+AnyExhaust = Exhaust | SecondExhaust
+"""Keys of an exhaust valve, whichever it is."""
 
 
 @kernel
-def exhaust_area(valve: Exhaust, angle: float) -> float:
+def exhaust_area(valve: AnyExhaust, angle: float) -> float:
     """Effective area of the exhaust valve at a crank angle.
 
     ``S(phi) = S_full x(phi)``, with the share x of `raised_cosine`. Chosen.
 
     Parameters
     ----------
-    valve : Exhaust
+    valve : Exhaust or SecondExhaust
         Keys of the exhaust valve.
     angle : float
         Crank angle phi [rad].

@@ -280,14 +280,14 @@ def change_exchange_regime(p: Cycle, t: float, y: np.ndarray, i: int, mode: np.n
 
 
 @kernel
-def start_port_segment(p: Cycle, t: float, angle: float, y: np.ndarray, mode: np.ndarray, i: int) -> None:
-    """Set the regime of the flow through port `i` for a smooth segment from a time `t` [s] on, in `mode` (MODES,).
+def start_port_segment(p: Cycle, ports: tuple[Port, ...], airs: tuple[GasState, ...], i: int, mode: np.ndarray) -> None:
+    """Set the regime of the flow through port `i` for a smooth segment, in `mode` (MODES,).
 
-    Whether it is open is judged at a crank angle [rad] within the segment; the groove by the piece of its table.
+    `airs` are those at its start, `ports` those at a crank angle within it: a port without area there is shut; the
+    groove is judged by the piece of its table.
     """
-    port = ports_at(p, angle, y, mode)[i]
-    is_open = is_groove_open(mode) if i == GROOVE else port.area > 0.0
-    mode[EXCHANGE + i] = regime_between(p.actuator.gas, sides_of(port, airs_from(p, t, y))) if is_open else SHUT
+    is_open = is_groove_open(mode) if i == GROOVE else ports[i].area > 0.0
+    mode[EXCHANGE + i] = regime_between(p.actuator.gas, sides_of(ports[i], airs)) if is_open else SHUT
 
 
 @kernel
@@ -306,7 +306,7 @@ def start_groove_segment(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray) ->
     >>> print(mode[EXCHANGE + GROOVE] == CHOKED)
     True
     """
-    start_port_segment(p, t, p.start + p.speed * t, y, mode, GROOVE)
+    start_port_segment(p, ports_at(p, p.start + p.speed * t, y, mode), airs_from(p, t, y), GROOVE, mode)
 
 
 @kernel
@@ -315,5 +315,6 @@ def start_exchange_segment(p: Cycle, t: float, t_end: float, y: np.ndarray, mode
 
     It lasts from `t` to `t_end` [s], from the start of the cycle; `y` (>= SIZE,) is the state vector.
     """
+    airs, ports = airs_from(p, t, y), ports_at(p, p.start + p.speed * 0.5 * (t + t_end), y, mode)
     for i in range(PORTS):
-        start_port_segment(p, t, p.start + p.speed * 0.5 * (t + t_end), y, mode, i)
+        start_port_segment(p, ports, airs, i, mode)

@@ -80,7 +80,7 @@ def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.nda
 
     # Effects change the machine when it is whole, and breakpoints are those of what they leave.
     p, tables = adjusted(library.effects, machine.effects, p, tables)
-    p = p._replace(exhausts=p.engine.exhausts)
+    p = p._replace(exhausts=p.engine.exhausts)  # those that the effects leave
     return p, tables, breakpoints_of_cycle(p, tables, period)
 
 

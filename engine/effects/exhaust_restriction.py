@@ -7,7 +7,7 @@ from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
     from apesim.engine.cycle.state import Cycle, CycleTables
-    from apesim.engine.exhaust import Exhaust
+    from apesim.engine.exhaust import AnyExhaust
 
 
 class ExhaustRestriction(NamedTuple):
@@ -52,7 +52,7 @@ def adjust(effect: ExhaustRestriction, cycle: "Cycle", tables: "CycleTables") ->
     0.8
     """
 
-    def narrow(valve: "Exhaust") -> "Exhaust":
+    def narrow(valve: "AnyExhaust") -> "AnyExhaust":
         return valve._replace(effective_area=(1.0 - effect.share) * valve.effective_area)
 
     return cycle._replace(engine=cycle.engine.replace_exhausts(narrow)), tables

@@ -7,7 +7,7 @@ from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
     from apesim.engine.cycle.state import Cycle, CycleTables
-    from apesim.engine.exhaust import Exhaust
+    from apesim.engine.exhaust import AnyExhaust
 
 
 class ExhaustTiming(NamedTuple):
@@ -19,7 +19,7 @@ class ExhaustTiming(NamedTuple):
 def adjust(effect: ExhaustTiming, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
     """Turn the exhaust cam, so that both ends of its window come later by one angle."""
 
-    def turn(valve: "Exhaust") -> "Exhaust":
+    def turn(valve: "AnyExhaust") -> "AnyExhaust":
         return valve._replace(opens=valve.opens + effect.angle, closes=valve.closes + effect.angle)
 
     return cycle._replace(engine=cycle.engine.replace_exhausts(turn)), tables
