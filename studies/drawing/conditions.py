@@ -9,7 +9,7 @@ from apesim.archive import Archive
 from apesim.archive.comparison import machine_differences
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
-from apesim.studies.run.operating_conditions import PRESSURE_AXES, find_pressure_axis
+from apesim.studies.archives.pressure_axes import PRESSURE_AXES, find_pressure_axis
 
 MAX_KEYS = 8
 """Keys that are named one by one: two lines of a figure."""

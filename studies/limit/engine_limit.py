@@ -15,10 +15,11 @@ from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.march.periodic import PERIODIC_TOLERANCE
 from apesim.quantities.settings import dumps
+from apesim.studies.archives.pressure_axes import PRESSURE_AXES
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.limit.design_rule import RPM, WITHIN, rule_columns
 from apesim.studies.limit.points import Point, point_column, with_own
-from apesim.studies.run.operating_conditions import PRESSURE_AXES, Supplies
+from apesim.studies.run.operating_conditions import Supplies
 from apesim.studies.timing.solve import SKETCH, Reason, Timing, corrected, start_after
 
 CRITERION = (
@@ -271,7 +272,7 @@ def limit_columns(
 
     A point of `grid` is the pressure of the supply [Pa abs], its temperature [K], the duration from the target opening
     to the target closing [rad] and the pressure of the control air [Pa abs]. `pressure_axis` is the pressure that is an
-    axis of the grid, one of `apesim.studies.run.operating_conditions.PRESSURE_AXES`. Commands are NaN where a limit has
+    axis of the grid, one of `apesim.studies.archives.pressure_axes.PRESSURE_AXES`. Commands are NaN where a limit has
     none.
     """
 

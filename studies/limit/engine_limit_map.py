@@ -16,6 +16,7 @@ from apesim.quantities.arguments import Given, WithUnit
 from apesim.results import Scalar
 from apesim.studies.archives.grid_result import GridResult
 from apesim.studies.archives.machines import read_recorded_machine
+from apesim.studies.archives.pressure_axes import find_pressure_axis
 from apesim.studies.execution.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.limit.design_rule import RPM
@@ -23,7 +24,7 @@ from apesim.studies.limit.engine_limit import CRITERION, LOWEST, Failure, judged
 from apesim.studies.limit.points import Point, lowest_run, own_run
 from apesim.studies.limit.summary import summary_json
 from apesim.studies.run.default_grids import DURATIONS
-from apesim.studies.run.operating_conditions import DURATION, JOBS, find_pressure_axis, read_supplies, require_epv
+from apesim.studies.run.operating_conditions import DURATION, JOBS, read_supplies, require_epv
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,10 +3,10 @@
 from math import isnan
 from typing import Any, NamedTuple
 
-from apesim.archive import Archive
 from apesim.engine.cylinder import EPV, INTAKES
 from apesim.engine.machine import Machine
 from apesim.quantities import Arguments, Pressure, Quantity
+from apesim.studies.archives.pressure_axes import PRESSURE_AXES
 from apesim.studies.run.default_grids import SUPPLY_SHARES, pressures_around, temperatures_around
 
 TIME = Quantity("ms", 0.01, 60000, "command line", typical="50 ms")
@@ -27,16 +27,6 @@ def require_epv(arguments: Arguments, machine: Machine) -> None:
     if machine.engine.intake != EPV:
         name = INTAKES[machine.engine.intake]
         arguments.fault("engine.intake", f"is {name}, which has no commands to correct", 'write "epv"')
-
-
-PRESSURE_AXES = ("supply_pressure", "control_pressure")
-"""Columns of an archive of which one is an axis of its grid."""
-
-
-def find_pressure_axis(archive: Archive) -> str:
-    """Find which of `PRESSURE_AXES` an archive is laid out over: the pressure of the supply, or of the control air."""
-    control = archive.variables.get("control_pressure")
-    return PRESSURE_AXES[control is not None and control.coordinate]
 
 
 class Supplies(NamedTuple):

@@ -13,10 +13,11 @@ from apesim.quantities import Arguments
 from apesim.quantities.arguments import Given, WithUnit
 from apesim.studies.archives.grid_result import GridResult
 from apesim.studies.archives.machines import read_recorded_machine
+from apesim.studies.archives.pressure_axes import find_pressure_axis
 from apesim.studies.execution.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.run.default_grids import TIMING_SPEEDS
-from apesim.studies.run.operating_conditions import ANGLE, JOBS, SPEED, find_pressure_axis, read_supplies, require_epv
+from apesim.studies.run.operating_conditions import ANGLE, JOBS, SPEED, read_supplies, require_epv
 from apesim.studies.timing.export import as_json, export, refuse_exports
 from apesim.studies.timing.grid import TimingMap, faults_of_timing, map_timing, timing_map_of
 from apesim.studies.timing.solve import corrected

@@ -17,8 +17,9 @@ from apesim.engine.steady import run_steady
 from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
+from apesim.studies.archives.pressure_axes import PRESSURE_AXES, find_pressure_axis
 from apesim.studies.execution.pool import run_tasks, workers_for
-from apesim.studies.run.operating_conditions import PRESSURE_AXES, SPEED, Supplies, find_pressure_axis
+from apesim.studies.run.operating_conditions import SPEED, Supplies
 from apesim.studies.timing.law import Law, laws_of
 from apesim.studies.timing.open_loop import Delays, open_loop_delays
 from apesim.studies.timing.solve import Reason, Timing, corrected, look, start_after, wrapped

@@ -9,7 +9,7 @@ import numpy as np
 
 from apesim.archive import sha256
 from apesim.engine.angles import DEGREE, TURN
-from apesim.studies.run.operating_conditions import PRESSURE_AXES
+from apesim.studies.archives.pressure_axes import PRESSURE_AXES
 from apesim.studies.timing.table import InterpolationError
 
 if TYPE_CHECKING:

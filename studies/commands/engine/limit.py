@@ -46,11 +46,11 @@ def find_engine_limit(
 
     from apesim.archive import command_line
     from apesim.archive.columns import values_of
+    from apesim.studies.archives.pressure_axes import find_pressure_axis
     from apesim.studies.execution.output import written_json, written_text
     from apesim.studies.limit import engine_limit_map
     from apesim.studies.limit.points import lowest_run, own_run
     from apesim.studies.limit.summary import summary_lines
-    from apesim.studies.run.operating_conditions import find_pressure_axis
     from apesim.studies.terminal.tables import table_of
 
     console, machine = common.console, common.load_machine()
