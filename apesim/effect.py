@@ -71,6 +71,61 @@ def contact(effect: Any, speed: float) -> float:
     return 0.0
 
 
+class Misstated(NamedTuple):
+    """A number of the machine file of which an error does the same as an effect."""
+
+    key: str
+    """Key of the machine file."""
+    correct: Callable[[float, float], float]
+    """(number of the file, strength of the effect) -> number that does without the effect, SI."""
+
+
+def shift(number: float, strength: float) -> float:
+    """Return a number that is off by the strength of an effect, for `Misstated.correct`.
+
+    Parameters
+    ----------
+    number : float
+        Number of the machine file, SI.
+    strength : float
+        Strength of the effect, in the unit of the number.
+
+    Returns
+    -------
+    float
+        Number that does without the effect.
+
+    Examples
+    --------
+    >>> shift(1.5, -0.25)
+    1.25
+    """
+    return number + strength
+
+
+def scale(number: float, share: float) -> float:
+    """Return a number that is off by a share of it, for `Misstated.correct`.
+
+    Parameters
+    ----------
+    number : float
+        Number of the machine file, SI.
+    share : float
+        Strength of the effect.
+
+    Returns
+    -------
+    float
+        Number that does without the effect.
+
+    Examples
+    --------
+    >>> scale(2.0, 0.25)
+    2.5
+    """
+    return (1.0 + share) * number
+
+
 class Search(NamedTuple):
     """How `apesim gap explain` looks for an effect, where that is not as for most."""
 
@@ -88,6 +143,8 @@ class Search(NamedTuple):
     """Whether it is no physics to be named, but an error of the record that is known within a prior."""
     isolated_on_rig: str = ""
     """Measurement that tells it from others on a cylinder moved by a drive; "": as on the valve's bench."""
+    misstated: tuple[Misstated, ...] = ()
+    """Numbers of the machine file that do the same where all of them are wrong together."""
 
 
 class Effect(NamedTuple):

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from apesim.effect import Effect
+from apesim.effect import Effect, Misstated, Search
 from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 class ClearanceError(NamedTuple):
     """Error of the clearance volume, as a share of it."""
 
-    share: Annotated[float, Quantity("", -0.08, 0.08, "gasket and deposits")] = 0.0
+    share: Annotated[float, Quantity("", -0.5, 0.5, "gasket and deposits; a bowl or a port left out")] = 0.0
 
 
 def adjust(effect: ClearanceError, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
@@ -53,6 +53,11 @@ def adjust(effect: ClearanceError, cycle: "Cycle", tables: "CycleTables") -> tup
     return cycle._replace(crank=cycle.crank._replace(clearance=clearance)), tables
 
 
+def correct_ratio(ratio: float, share: float) -> float:
+    """The compression ratio whose clearance volume is larger by a share."""
+    return 1.0 + (ratio - 1.0) / (1.0 + share)
+
+
 EFFECT = Effect(
     "clearance_error",
     ClearanceError,
@@ -61,4 +66,5 @@ EFFECT = Effect(
     seen_in="compression; confused with the angle of dead centre",
     isolated_by="filling the clearance with oil at dead centre, or motored compression",
     adjust=adjust,
+    search=Search(misstated=(Misstated("engine.compression_ratio", correct_ratio),)),
 )

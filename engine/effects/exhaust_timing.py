@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from apesim.effect import Effect
+from apesim.effect import Effect, Misstated, Search, shift
 from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class ExhaustTiming(NamedTuple):
     """Angle by which the exhaust opens and closes later; negative: earlier."""
 
-    angle: Annotated[float, Quantity("deg", -8, 8, "a tooth of a belt; lash")] = 0.0
+    angle: Annotated[float, Quantity("deg", -45, 45, "teeth of a belt; lash; another cam")] = 0.0
 
 
 def adjust(effect: ExhaustTiming, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
@@ -33,4 +33,5 @@ EFFECT = Effect(
     seen_in="blow-down and recompression; confused with exhaust restriction",
     isolated_by="a dial gauge on the exhaust valve over crank angle",
     adjust=adjust,
+    search=Search(misstated=(Misstated("engine.exhaust.opens", shift), Misstated("engine.exhaust.closes", shift))),
 )

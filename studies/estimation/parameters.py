@@ -52,6 +52,11 @@ class Parameter(NamedTuple):
         return not self.file or self.file == run.file
 
     @property
+    def is_file_number(self) -> bool:
+        """Whether it is an error of a number of the machine file that counts as exact."""
+        return self.shifts and not self.prior and not self.file
+
+    @property
     def declaration(self) -> Declaration:
         """How the machine file declares it."""
         return self.outside or DECLARED[self.key]

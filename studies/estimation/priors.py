@@ -181,11 +181,11 @@ def nuisance(machine: Machine, prior: Prior) -> Parameter:
 def _useful(machine: Machine, measured: Measured) -> Iterator[tuple[str, Uncertainty]]:
     """What a machine states of numbers that matter on the bench of the data; the rest is for other benches."""
     for key, uncertainty in machine.known_to:
-        if matters(key, measured.bench) and not _find_idle(machine, key):
+        if matters(key, measured.bench) and not find_idle(machine, key):
             yield key, uncertainty
 
 
-def _find_idle(machine: Machine, key: str) -> tuple[str, str] | None:
+def find_idle(machine: Machine, key: str) -> tuple[str, str] | None:
     """Why a number of a machine does nothing, and what to do; None: it does."""
     ignored = dict(overruled(machine))
     if key in ignored:
@@ -201,7 +201,7 @@ def _find_idle(machine: Machine, key: str) -> tuple[str, str] | None:
 def _find_faults(machine: Machine, known_to: Mapping[str, Uncertainty], file: str) -> Iterator[Fault]:
     """Faults of what is stated of numbers that the machine does not have, or of which no share can be taken."""
     for key, uncertainty in known_to.items():
-        if fault := _find_idle(machine, key) or find_odd_share(machine, key, uncertainty):
+        if fault := find_idle(machine, key) or find_odd_share(machine, key, uncertainty):
             yield Fault(file, f"{KNOWN_TO}.{name_key(key)}", *fault)
 
 

@@ -37,6 +37,7 @@ from apesim.studies.gap.reasons import BLAMING, Verdict
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap, find_gap
 from apesim.studies.gap.search.candidate_fits import compare_model_with_noise, fit_candidates
 from apesim.studies.gap.search.candidates import find_candidates
+from apesim.studies.gap.search.file_numbers import find_file_numbers
 from apesim.studies.gap.search.intervals import find_profiles, has_shape
 from apesim.studies.gap.search.library import find_faults, select_effects
 from apesim.studies.gap.search.localisation import Cell, localise
@@ -72,7 +73,7 @@ def explain(
     measured : Measured or path
         Measured data, see `read_measured`, or their folder.
     without : sequence of str
-        Effects of the library that are not to be considered.
+        Effects of the library, and keys of numbers of the machine file, that are not to be considered.
     tolerance : float
         Size of a gap, over the noise, that does not matter.
     jobs : int, optional
@@ -130,6 +131,7 @@ def _run_workflow(
     check_roles(measured)
     warnings = refuse_faults(machine, measured)
     candidates = find_candidates(machine, measured.bench, select_effects(measured.bench, without, machine))
+    candidates += find_file_numbers(machine, measured, candidates, without)
     faults = find_run_faults(measured)
     gap, solver_error, more = find_gap(machine, measured, candidates, work, faults, scatter)
     odd = find_odd_channels(gap.calibrated.residuals, gap.calibrated.fitted.data_residuals)

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from apesim.effect import Effect
+from apesim.effect import Effect, Misstated, Search, shift
 from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 class DeadVolume(NamedTuple):
     """A volume more in each chamber."""
 
-    volume: Annotated[float, Quantity("mm^3", 0, 5000, "bores and fittings of a pressure sensor")] = 0.0
+    volume: Annotated[float, Quantity("mm^3", 0, 20000, "bores, fittings and hoses of a pressure sensor")] = 0.0
 
 
 def adjust(effect: DeadVolume, actuator: "Actuator", tables: "ActuatorTables") -> tuple["Actuator", "ActuatorTables"]:
@@ -58,4 +58,5 @@ EFFECT = Effect(
     seen_in="delay and flight; confused with the effective area",
     isolated_by="filling a chamber with liquid, or a discharge test at both ends of the stroke",
     adjust=adjust,
+    search=Search(misstated=(Misstated("valve.clearance_volume", shift),)),
 )

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from apesim.effect import Effect
+from apesim.effect import Effect, Misstated, Search, scale
 from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 class MovingMassError(NamedTuple):
     """An error of the moving mass, oil and a share of the springs among it."""
 
-    share: Annotated[float, Quantity("", -0.15, 0.15, "a third of the springs, oil, fasteners")] = 0.0
+    share: Annotated[float, Quantity("", -0.5, 0.5, "a third of the springs, oil, parts left out")] = 0.0
 
 
 def adjust(
@@ -66,4 +66,5 @@ EFFECT = Effect(
     seen_in="acceleration; confused with the pressures' gain",
     isolated_by="weighing the piston, or a free oscillation on its springs",
     adjust=adjust,
+    search=Search(misstated=(Misstated("valve.moving_mass", scale),)),
 )

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 
-from apesim.effect import Effect
+from apesim.effect import Effect, Misstated, Search, shift
 from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ MIN_RAMP = 1e-6
 class SlowRamp(NamedTuple):
     """A longer ramp of both solenoids from the same dead time on."""
 
-    time: Annotated[float, Quantity("ms", -1.5, 1.5, "as long as the chosen ramp itself")] = 0.0
+    time: Annotated[float, Quantity("ms", -3, 3, "twice as long as the chosen ramp itself")] = 0.0
 
 
 def adjust(effect: SlowRamp, actuator: "Actuator", tables: "ActuatorTables") -> tuple["Actuator", "ActuatorTables"]:
@@ -71,4 +71,5 @@ EFFECT = Effect(
     seen_in="curvature of the chamber pressures at the switch; mostly taken up by delay and effective area",
     isolated_by="discharge test of a solenoid alone, pressure sampled at 20 kHz or more",
     adjust=adjust,
+    search=Search(misstated=(Misstated("valve.solenoid.ramp_time", shift),)),
 )

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from apesim.effect import Effect
+from apesim.effect import Effect, Misstated, Search, scale
 from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 class SpringRateError(NamedTuple):
     """An error of the rate of both springs."""
 
-    share: Annotated[float, Quantity("", -0.3, 0.3, "springs are sold to 10 percent; an end coil that binds")] = 0.0
+    share: Annotated[float, Quantity("", -0.6, 0.6, "springs are sold to 10 percent; one taken for two")] = 0.0
 
 
 def adjust(
@@ -59,4 +59,5 @@ EFFECT = Effect(
     seen_in="mid stroke; confused with Coulomb friction",
     isolated_by="force over travel with both chambers open",
     adjust=adjust,
+    search=Search(misstated=(Misstated("valve.spring_rate", scale),)),
 )

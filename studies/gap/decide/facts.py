@@ -145,6 +145,11 @@ class Facts:
         return len(self.effects) == 1
 
     @cached_property
+    def missing(self) -> int:
+        """Number of effects of the best choice; numbers of the machine file that are wrong are none."""
+        return sum(not candidate.is_file_number for candidate in self.best.model.candidates)
+
+    @cached_property
     def is_tied(self) -> bool:
         """Whether a rival is another explanation: it takes another part of the gap, or differs by two effects."""
         explained = find_explained_gap(self.base, self.best.model)

@@ -8,6 +8,9 @@ least as large as the tolerance where it is largest. Where one of them fails, th
 the calibrated machine pulls a nuisance beyond `MAX_PULL` prior standard deviations, and else NO_GAP: a nuisance that
 far off may have taken up a gap. Either is said only where no single channel, no run held out and no repeat contradicts.
 
+Numbers of the machine file that count as exact are tried beside the effects: where they alone explain the gap, nothing
+is missing, and the verdict is CALIBRATION, too.
+
 Where both hold, a name has to be worth its penalty, has to be distinguishable from every other explanation, and has to
 close the gap on runs that it was not fitted to. What fails in this is refused or ambiguous.
 """
@@ -163,15 +166,20 @@ TABLE: tuple[Row, ...] = (
     Row("more than noise left", lambda f: f.is_more_left, Verdict.REFUSED, ReasonKind.MORE_THAN_NOISE_LEFT),
     Row("faint effects", lambda f: f.is_faint, Verdict.REFUSED, ReasonKind.FAINT),
     Row("effect or file", lambda f: f.is_file_or_other, Verdict.AMBIGUOUS, ReasonKind.FILE_OR_EFFECT),
-    # One effect: its rivals have to explain the same part of the gap; beside a far nuisance it has to be sure, too.
+    # One effect, or one number of the machine file that is wrong: its rivals have to explain the same part of the gap;
+    # beside a far nuisance it has to be sure, too.
     Row("several singles", lambda f: f.is_single and f.is_tied, Verdict.AMBIGUOUS, ReasonKind.SEVERAL_SINGLES),
     Row("doubtful effect", lambda f: f.is_single_faint, Verdict.AMBIGUOUS, _tell_doubt, _name_best_and_smaller),
     Row("class", lambda f: f.is_single and f.rivals, Verdict.NAMED_CLASS, ReasonKind.ONE_OF_A_CLASS),
+    Row("one number", lambda f: f.is_single and not f.missing, Verdict.CALIBRATION, ReasonKind.DISTINGUISHABLE),
     Row("one effect", lambda f: f.is_single, Verdict.NAMED, ReasonKind.DISTINGUISHABLE),
-    # Several effects: their rivals have to differ by one effect that looks alike, and each has to be sure.
+    # Several effects, or wrong numbers of the machine file beside them: their rivals have to differ by one effect that
+    # looks alike, and each has to be sure.
     Row("several sets", lambda f: f.is_tied, Verdict.AMBIGUOUS, ReasonKind.SEVERAL_PAIRS),
     Row("doubtful set", lambda f: f.doubt, Verdict.AMBIGUOUS, _tell_doubt, _name_best_and_smaller),
-    Row("two effects", lambda f: len(f.effects) == 2, Verdict.TWO_EFFECTS, ReasonKind.DISTINGUISHABLE),
+    Row("numbers alone", lambda f: not f.missing, Verdict.CALIBRATION, ReasonKind.DISTINGUISHABLE),
+    Row("effect and numbers", lambda f: f.missing == 1, Verdict.NAMED, ReasonKind.DISTINGUISHABLE),
+    Row("two effects", lambda f: f.missing == 2, Verdict.TWO_EFFECTS, ReasonKind.DISTINGUISHABLE),
     Row("three effects or more", lambda f: True, Verdict.SEVERAL, ReasonKind.DISTINGUISHABLE),
 )
 """All verdicts with their conditions: the first row that applies decides."""

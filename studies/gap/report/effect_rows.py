@@ -1,14 +1,15 @@
 """What is said of each parameter that a model adds: its value, and the interval that the data leave it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from enum import StrEnum
 from typing import Any
 
 import numpy as np
 
 from apesim.engine.effects import ALL_EFFECTS
+from apesim.engine.machine import Machine
 from apesim.studies.estimation.model import Model
-from apesim.studies.estimation.parameters import DECLARED, corrections, shown
+from apesim.studies.estimation.parameters import DECLARED, corrections, shown, value_of
 from apesim.studies.estimation.profile_likelihood import End, EndKind
 from apesim.studies.gap.report.rounding import NORMAL_95, find_error, round_to_error
 from apesim.studies.gap.search.intervals import find_shapes
@@ -26,22 +27,32 @@ SIDES = tuple(Side)
 
 
 def describe_effects(model: Model) -> list[dict[str, Any]]:
-    """Parameters of what a model adds, or where it adds nothing of the numbers that it corrects, with their intervals.
+    """Parameters of the effects that a model adds, or where there are none of the numbers that it corrects.
 
     ``interval_95`` is None where it was not sought; ``open_ends`` are the sides on which the data do not hold the
     parameter: there the interval ends at the end of its range. ``file`` is the file of a fault of measurement, None of
-    an effect.
+    an effect; ``before`` is what the machine file says, None of what it does not; ``misstated`` are numbers of the
+    machine file that do the same where they are wrong.
     """
-    added = [j for j, parameter in enumerate(model.residuals.parameters) if not parameter.prior]
-    return _describe(model, added or model.pulled)
+    return _describe(model, _list_added(model) or _list_corrected(model))
 
 
 def describe_numbers(model: Model) -> list[dict[str, Any]]:
-    """Numbers of the machine that a model corrects beside what it adds, see `Model.corrected`, with their intervals.
+    """Numbers of the machine that a model corrects beside the effects that it adds, with their intervals.
 
-    Rows as `describe_effects` has them, the number that is pulled farthest first.
+    Rows as `describe_effects` has them: numbers that count as exact first, then those of `Model.corrected`.
     """
-    return _describe(model, model.pulled) if model.candidates else []
+    return _describe(model, _list_corrected(model)) if _list_added(model) else []
+
+
+def _list_added(model: Model) -> list[int]:
+    """Places of the parameters of effects and of faults of files."""
+    return [j for j, p in enumerate(model.residuals.parameters) if not p.prior and not p.is_file_number]
+
+
+def _list_corrected(model: Model) -> list[int]:
+    """Places of the numbers of the machine that are wrong: those that count as exact, then those pulled far."""
+    return [j for j, p in enumerate(model.residuals.parameters) if p.is_file_number] + model.pulled
 
 
 def _describe(model: Model, places: Iterable[int]) -> list[dict[str, Any]]:
@@ -67,9 +78,25 @@ def _describe(model: Model, places: Iterable[int]) -> list[dict[str, Any]]:
                 "interval_95": [shown(declared, end) for end, _ in interval] or None,
                 "open_ends": [str(side) for side, (_, is_open) in zip(SIDES, interval, strict=False) if is_open],
                 "text": declared.render(value),  # type: ignore[union-attr]
+                "before": declared.render(parameter.origin) if parameter.is_file_number else None,  # type: ignore[union-attr]
+                "misstated": [] if fault else list(_describe_misstated(machine, parameter.key, value)),
             }
         )
     return rows
+
+
+def _describe_misstated(machine: Machine, key: str, strength: float) -> Iterator[dict[str, str]]:
+    """Numbers of the machine file that do the same as an effect where they are wrong, with what they would be."""
+    for misstated in MISSTATED.get(key, ()):
+        number = value_of(machine, misstated.key)
+        declared: Any = DECLARED[misstated.key]
+        right = float(np.clip(misstated.correct(number, strength), *declared.ends))
+        yield {"key": misstated.key, "before": declared.render(number), "text": _render_rounded(declared, right)}
+
+
+def _render_rounded(declared: Any, value: float) -> str:
+    """A value as the machine file would have it, with four digits."""
+    return f"{shown(declared, value):.4g} {declared.unit}".strip()
 
 
 def name_effect(key: str) -> str:
@@ -105,6 +132,11 @@ def find_ends(model: Model, j: int) -> Sequence[End]:
     return [End(end, kind, x) for end, kind in zip(ends, kinds, strict=True)]
 
 
+MISSTATED = {
+    f"effects.{effect.name}.{(effect.strengths or effect.parameters._fields)[0]}": effect.search.misstated  # type: ignore[attr-defined]
+    for effect in ALL_EFFECTS
+}
+"""Numbers of the machine file that do the same where they are wrong, by key of an effect's strength."""
 SHAPES = {effect.name: effect.search.shapes for effect in ALL_EFFECTS}
 """Parameters beside the strengths that a fit frees, by name of effect."""
 

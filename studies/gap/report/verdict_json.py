@@ -329,6 +329,8 @@ def write_sentence(explanation: "Explanation") -> str:
     recorded = " and ".join(text for name, text in texts.items() if name in sensed)
     if decision.verdict == Verdict.NAMED_CLASS:
         others = " or ".join([_list_choices(decision.rivals), *map(_format_part, _list_same_in_record(decision))])
+        if all(candidate.is_file_number for candidate in best.candidates):
+            return f"{_say_wrong(rows).capitalize()}: {said}, or what these data do not distinguish from it: {others}."
         opening = "The gap is" if recorded else "The model lacks"
         return f"{opening} {said}, or what these data do not distinguish from it: {others}.{wrong}"
     if not lacks:
@@ -336,7 +338,17 @@ def write_sentence(explanation: "Explanation") -> str:
     if recorded:
         return f"The model lacks {lacks}, and the record has {recorded}.{wrong}"
     number = {Verdict.TWO_EFFECTS: "two effects: ", Verdict.SEVERAL: "several effects: "}.get(decision.verdict, "")
-    return f"The model lacks {number}{lacks}.{wrong}"
+    return f"The model lacks {number}{lacks}.{_write_misstated(rows)}{wrong}"
+
+
+def _write_misstated(rows: list[dict[str, Any]]) -> str:
+    """A sentence on numbers of the machine file whose errors would do the same as effects; "" where there are none."""
+    said = [
+        f"{format_key(each['key'])} {each['text']} where the file says {each['before']}"
+        for row in rows
+        for each in row["misstated"]
+    ]
+    return f" The same would come of a wrong number: {' and '.join(said)}." if said else ""
 
 
 def _write_numbers(rows: list[dict[str, Any]]) -> str:
@@ -427,4 +439,6 @@ def _format_effect(name: str, rows: list[dict[str, Any]]) -> str:
         return f"{row['parameter'].replace('_', ' ')} reads {_format_shift(row, factor)} {unit} too {way}"
     values = [("" if one["key"] == name else f"{_format_part(one['parameter'])} ", format_value(one)) for one in rows]
     said = ", ".join(parameter + value for parameter, value in values if value)
+    if row.get("before"):
+        said += f", where the file says {row['before']}"
     return f"{format_key(name)} ({said})"

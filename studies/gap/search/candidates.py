@@ -36,6 +36,11 @@ class Candidate(NamedTuple):
     """Sizes of its probes in units of a strength's x; (): the usual."""
 
     @property
+    def is_file_number(self) -> bool:
+        """Whether it is a number of the machine file that may be wrong."""
+        return any(strength.is_file_number for strength in self.strengths)
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters that a fit frees: the strengths, then the shapes."""
         return self.strengths + self.shapes

@@ -119,10 +119,11 @@ def find_detection_limits(sensitivities: Iterable[Sensitivity]) -> dict[str, dic
         parameter, x = sensitivity.probe.parameter, find_visible_size(sensitivity)
         if parameter.inverse:  # the weakest there is may be seen already
             x = max(x, parameter.low)
+        is_within = x <= max(map(abs, parameter.ends))
         limits[name] = {
             "parameter": parameter.key.split(".")[-1],
             "unit": parameter.declaration.unit,  # type: ignore[attr-defined]
-            "limit": abs(parameter.shown(parameter.value(x) - parameter.origin)) if x <= 1.0 else None,
+            "limit": abs(parameter.shown(parameter.value(x) - parameter.origin)) if is_within else None,
             "off": parameter.shown(parameter.origin),
             "grows": "down" if parameter.inverse else "up",
             "kept": sensitivity.retained,

@@ -12,6 +12,7 @@ from apesim.engine.outside_machine import outside_effects_of
 from apesim.quantities.settings import schema
 from apesim.results import needed
 from apesim.studies.execution.calls import arguments_of, public
+from apesim.studies.gap.search.file_numbers import SUSPECTS
 from apesim.studies.measured import CYLINDER, VALVE, Bench
 from apesim.valve.effects import VALVE_EFFECTS, VALVE_LIBRARY
 from apesim.valve.rig import shows_on_rig
@@ -224,9 +225,10 @@ def select_effects(bench: str, without: Sequence[str] = (), machine: Machine | N
 
 
 def find_faults(without: Iterable[str], machine: Machine) -> list[tuple[str, str, str]]:
-    """Faults of a list of effects to leave out: the argument, what is wrong, what would be right.
+    """Faults of a list of what is left out: the argument, what is wrong, what would be right.
 
-    The effects of `machine`, ours and those from outside, can be left out.
+    The effects of `machine` can be left out, ours and those from outside, and numbers that may be wrong, by their keys.
     """
     known = {effect.name for effect in library_of(getattr(machine, "effects", None))}
+    known |= {suspect.key for bench in Bench for suspect in SUSPECTS[bench]}
     return [("without", f"{name!r} is no effect", "see apesim gap effects") for name in without if name not in known]

@@ -22,6 +22,10 @@ from apesim.studies.measured import MeasuredRun
 N = 50
 GOOD = HeldOut(1000, 1.2, 1.0, 400.0, 5.0, 14.0)
 NO_FILES = {}
+NUMBERS = {
+    key: (Parameter(key, 0.1, -6.0, 6.0, 1.0, shifts=True, relative=True),) for key in ("valve.stroke", "s.area")
+}
+"""Numbers of the machine file that count as exact, as parameters of candidates."""
 
 
 def model(names, gap=None, cost=0.0, pulled=(), pull=5.0, size=0.5, files=NO_FILES):
@@ -44,7 +48,7 @@ def model(names, gap=None, cost=0.0, pulled=(), pull=5.0, size=0.5, files=NO_FIL
         pulled=list(pulled),
         corrected=("valve.viscous_friction",) * len(pulled),
         added=0,
-        candidates=tuple(Candidate(name, (), (), *files.get(name, ())) for name in names),
+        candidates=tuple(Candidate(name, NUMBERS.get(name, ()), (), *files.get(name, ())) for name in names),
     )
 
 
@@ -78,6 +82,7 @@ def verdict_of(*choices, **facts):
     return decision_of(*choices, **facts).verdict
 
 
+STROKE = choice(100.0, "valve.stroke", gap=SHAPE)
 A, B, NOT_B = choice(100.0, "a", gap=SHAPE), choice(105.0, "b", gap=SHAPE), choice(105.0, "b", gap=OTHER)
 FAR_A, SLIP = choice(92.0, "a", gap=SHAPE, pulled=[0]), fault(100.0, "slip")
 PAIR, TRIPLE = choice(100.0, "a", "b", gap=SHAPE), choice(60.0, "a", "b", "c", gap=SHAPE)
@@ -172,6 +177,7 @@ CASES = [
         ),
     ),
     ("class", facts_of(A, B), ("NAMED_CLASS", "one of a class that these data do not distinguish", ("a",), [("b",)])),
+    ("one number", facts_of(STROKE), ("CALIBRATION", CONFIRMED, ("valve.stroke",), [])),
     ("one effect", facts_of(A), ("NAMED", CONFIRMED, ("a",), [])),
     (
         "several sets",
@@ -182,6 +188,16 @@ CASES = [
         "doubtful set",
         facts_of(PAIR, B),
         ("AMBIGUOUS", "the second effect hardly earns its place", ("a", "b"), [("b",)]),
+    ),
+    (
+        "numbers alone",
+        facts_of(choice(100.0, *NUMBERS, gap=SHAPE)),
+        ("CALIBRATION", CONFIRMED, ("valve.stroke", "s.area"), []),
+    ),
+    (
+        "effect and numbers",
+        facts_of(choice(100.0, "a", "valve.stroke", gap=SHAPE)),
+        ("NAMED", CONFIRMED, ("a", "valve.stroke"), []),
     ),
     ("two effects", facts_of(PAIR), ("TWO_EFFECTS", CONFIRMED, ("a", "b"), [])),
     ("three effects or more", facts_of(TRIPLE), ("SEVERAL", CONFIRMED, ("a", "b", "c"), [])),

@@ -55,7 +55,7 @@ def test_strengths_come_first_and_are_marked():
         ("pressure_dependent_delay", "slope", "-2.5 to 2.5 ms/MPa"),
         ("critical_ratio", "b", "0.2 to 0.528"),
         ("groove_area_error", "taper", "-0.4 to 0.4"),
-        ("exhaust_timing", "angle", "-8 to 8 deg"),
+        ("exhaust_timing", "angle", "-45 to 45 deg"),
         ("lift_sensor_lag", "time", "0 to 0.5 ms"),
         ("pressure_sensor_lag", "time", "0 to 0.5 ms"),
         ("time_zero", "time", "-1 to 1 ms"),
