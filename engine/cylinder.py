@@ -36,7 +36,7 @@ class Engine(NamedTuple):
     @property
     def exhausts(self) -> tuple[Exhaust, ...]:
         """The exhaust valves that the engine has."""
-        return (self.exhaust, Exhaust(*self.exhaust_2)) if self.exhaust_2.effective_area > 0.0 else (self.exhaust,)
+        return (self.exhaust, Exhaust(*self.exhaust_2)) if self.exhaust_2.is_on else (self.exhaust,)
 
     def replace_exhausts(self, change: Callable[[AnyExhaust], Any]) -> "Engine":
         """Return the engine with each of its exhaust valves changed."""
@@ -95,7 +95,7 @@ class CylinderState(NamedTuple):
     intake: GasState
     """State of the air before the groove."""
     behind_exhaust: GasState
-    """State of the air behind the exhaust valve."""
+    """State of the air behind the exhaust valves."""
 
 
 @kernel

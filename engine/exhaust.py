@@ -29,12 +29,17 @@ class Exhaust(NamedTuple):
 
 
 class SecondExhaust(NamedTuple):
-    """Second exhaust valve, like the first one; off where its effective area is 0."""
+    """Second exhaust valve, with a window of its own; off where its effective area is 0."""
 
     effective_area: Annotated[float, Quantity("mm^2", 0, 10000, "chosen; 0: there is none")] = 0.0
     opens: Angle = 165.0 * DEGREE
     closes: Angle = 340.0 * DEGREE
     flank: Flank = 25.0 * DEGREE
+
+    @property
+    def is_on(self) -> bool:
+        """Whether the engine has this valve."""
+        return self.effective_area > 0.0
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
         """Find what is wrong with the second exhaust valve's window, see `window_faults`: key, wrong, right."""

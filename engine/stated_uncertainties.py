@@ -19,6 +19,13 @@ GAIN, OFFSET = "effects.sensor_gain.", "effects.sensor_offset."
 """What the keys of the machine file begin with that say what sensors read more."""
 STATED_BY_RUNS = ("supply.control_pressure", f"{GAIN}supply_pressure", f"{OFFSET}supply_temperature")
 """Keys that measured runs overrule, or that stand for how far their supply is known."""
+SECOND_EXHAUST = "engine.exhaust_2."
+"""What the keys of the second exhaust valve begin with, which a machine need not have."""
+VALVE_IS_OFF = (
+    "is of a second exhaust valve that is off",
+    f"switch it on by {SECOND_EXHAUST}effective_area in the machine file, or leave it out",
+)
+"""Fault of a number of that valve: wrong, right."""
 AS_SHARE = "supply.pressure"
 """Key of which a share alone can be said: that of the pressure above ambient, as a gauge errs."""
 MIN_LIKENESS = 0.8
@@ -195,6 +202,11 @@ class KnownTo(Declaration):
         return f"write [{KNOWN_TO}] and {EXAMPLE}"
 
 
+def is_of_absent_valve(machine: Any, key: str) -> bool:
+    """Whether a number, by its key of the machine file, is of a second exhaust valve that a machine does not have."""
+    return key.startswith(SECOND_EXHAUST) and not machine.engine.exhaust_2.is_on
+
+
 def find_odd_share(machine: Any, key: str, uncertainty: Uncertainty) -> tuple[str, str] | None:
     """Find whether a machine has no such number, or one of which no share can be taken: wrong, right; None if neither.
 
@@ -211,6 +223,8 @@ def find_odd_share(machine: Any, key: str, uncertainty: Uncertainty) -> tuple[st
             "give it one, or leave it out here",
         )
     if uncertainty.is_share and not value:
+        if is_of_absent_valve(machine, key):
+            return VALVE_IS_OFF
         unit = list_leaves()[key].declaration.unit
         return "is a share of 0", f"write a number{' of ' * bool(unit)}{unit}"
     return None

@@ -11,7 +11,17 @@ from typing import Any, NamedTuple
 
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.machine import Machine
-from apesim.engine.stated_uncertainties import GAIN, KNOWN_TO, OFFSET, find_odd_share, format_known_to, name_key
+from apesim.engine.stated_uncertainties import (
+    GAIN,
+    KNOWN_TO,
+    OFFSET,
+    SECOND_EXHAUST,
+    VALVE_IS_OFF,
+    find_odd_share,
+    format_known_to,
+    is_of_absent_valve,
+    name_key,
+)
 from apesim.quantities import Fault, InputError
 from apesim.quantities.trees import overruled
 from apesim.quantities.uncertainties import Uncertainty
@@ -76,6 +86,7 @@ ENGINE = (
         reason="tolerance of the ports, and what their discharge leaves open",
     ),
     Prior("engine.exhaust.effective_area", 0.05, True, reason="what discharge coefficients of valves leave open"),
+    Prior(f"{SECOND_EXHAUST}effective_area", 0.05, True, reason="what discharge coefficients of valves leave open"),
     Prior("engine.receiver.feed_area", 0.05, True, reason="what catalogues and discharge tests leave open"),
     Prior("engine.friction.constant", 2e3, reason="oil temperature moves the friction of an engine"),
     Prior(
@@ -131,7 +142,7 @@ def priors_of(machine: Machine, measured: Measured) -> list[Prior]:
     return [
         prior
         for prior in (default | known).values()
-        if (not prior.sensor or prior.sensor in sensors) and not isnan(value_of(machine, prior.key))
+        if (not prior.sensor or prior.sensor in sensors) and _has(machine, prior.key)
     ]
 
 
@@ -185,11 +196,18 @@ def _useful(machine: Machine, measured: Measured) -> Iterator[tuple[str, Uncerta
             yield key, uncertainty
 
 
+def _has(machine: Machine, key: str) -> bool:
+    """Whether a machine has a number: it gives it a value, and has the valve that it is of."""
+    return not isnan(value_of(machine, key)) and not is_of_absent_valve(machine, key)
+
+
 def find_idle(machine: Machine, key: str) -> tuple[str, str] | None:
     """Why a number of a machine does nothing, and what to do; None: it does."""
     ignored = dict(overruled(machine))
     if key in ignored:
         return f"is ignored: {ignored[key]}", "leave it out"
+    if is_of_absent_valve(machine, key):
+        return VALVE_IS_OFF
     effect = key.split(".")[1] if key.startswith("effects.") else ""
     if effect and not key.startswith((GAIN, OFFSET)) and key not in {prior.key for prior in ENGINE}:
         (known,) = (each for each in ALL_EFFECTS if each.name == effect)

@@ -8,7 +8,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.quantities.uncertainties import Uncertainty
 from apesim.studies.estimation.heavy_tails import FREEDOM, SLAB, find_pull
-from apesim.studies.estimation.priors import BENCH_PRIORS, describe_priors, nuisances_of
+from apesim.studies.estimation.priors import BENCH_PRIORS, describe_priors, nuisances_of, priors_of
 from apesim.studies.measured import ENGINE, VALVE, Measured, MeasuredRun
 
 RELEASE = "valve.solenoid.release_dead_time"
@@ -29,6 +29,34 @@ def test_the_release_is_uncertain_by_itself_where_the_machine_gives_it():
 def measured(known_to, bench=VALVE):
     lift = MeasuredRun("", "", 0.5e6, 287.0, 0.03, "fit", np.zeros(3), {"lift": np.zeros(3)})
     return Measured("rig", {}, (lift,), bench, known_to=known_to)
+
+
+SECOND_AREA = "engine.exhaust_2.effective_area"
+TWO = Machine().with_(**{SECOND_AREA: "200 mm^2"})
+"""Machine with a second exhaust valve."""
+
+
+def test_the_second_exhaust_valve_is_uncertain_where_the_machine_has_it():
+    default, two = ({one.key: one for one in priors_of(of, measured({}, ENGINE))} for of in (Machine(), TWO))
+    assert set(two) - set(default) == {SECOND_AREA}
+    assert {key: two[key] for key in default} == default
+    second = {one.key: one for one in nuisances_of(TWO, measured({}, ENGINE))}[SECOND_AREA]
+    assert second.value(1.0) == pytest.approx(210e-6)
+    assert SECOND_AREA not in nuisances(TWO)  # on the valve's bench
+
+
+def test_how_far_the_second_exhaust_valve_is_known_can_be_stated():
+    stated = {SECOND_AREA: Uncertainty(0.02, is_share=True), "engine.exhaust_2.opens": Uncertainty(0.01)}
+    rows = {row["key"]: row for row in describe_priors(TWO, measured(stated, ENGINE))}
+    assert [rows[key]["stated_in"] for key in stated] == ["measured.toml"] * 2
+    assert rows[SECOND_AREA]["known_to"] == "2 %"
+
+
+def test_what_the_machine_file_states_of_a_second_exhaust_valve_that_is_off_is_passed_over():
+    off = Machine().with_(known_to={SECOND_AREA: "5 mm^2", "engine.exhaust_2.opens": "1 deg"})
+    assert priors_of(off, measured({}, ENGINE)) == priors_of(Machine(), measured({}, ENGINE))
+    with pytest.raises(InputError, match="is of a second exhaust valve that is off"):  # a share of nothing
+        Machine().with_(known_to={SECOND_AREA: "5 %"})
 
 
 def test_what_is_stated_takes_the_place_of_the_default():
@@ -69,12 +97,20 @@ def test_every_default_has_its_reason():
     assert all(prior.reason for priors in BENCH_PRIORS.values() for prior in priors)
 
 
+OFF_VALVE = (
+    "is of a second exhaust valve that is off; "
+    "switch it on by engine.exhaust_2.effective_area in the machine file, or leave it out"
+)
+
+
 @pytest.mark.parametrize(
     ("key", "bench", "wrong"),
     [
         (RELEASE, VALVE, "the machine gives it no value; give it one, or leave it out here"),
         ("engine.receiver.volume", ENGINE, "the machine gives it the value inf; give it one, or leave it out here"),
         ("engine.pin_offset", ENGINE, "is a share of 0; write a number of mm"),
+        (SECOND_AREA, ENGINE, OFF_VALVE),
+        ("engine.exhaust_2.opens", ENGINE, OFF_VALVE),
         ("groove.ports.diameter", ENGINE, 'is ignored: groove.geometry is "line"; leave it out'),
         (
             "effects.side_force.force",
