@@ -54,9 +54,9 @@ def explain_compiling(kind: str) -> str:
 def kind_of_march_types(arguments: Iterable[Any]) -> str:
     """Return the kind of march that an entry is compiled for, from the Numba types of the call's arguments.
 
-    It is "valve" or "engine", with what follows " with effects" where laws of effects are compiled in, and " with an
-    effect of your own" where one is from outside; "model" for what is of neither layer. The first type is that of the
-    machine's parameters.
+    It is "valve" or "engine", and what it is with: what the machine has more than one of, as in "engine with 2
+    exhausts"; "effects" where their laws are compiled in, or "an effect of your own" where one is from outside. It is
+    "model" for what is of neither layer. The first type is that of the machine's parameters.
     """
     types = tuple(arguments)
     module = getattr(getattr(types[0], "instance_class", None), "__module__", "") if types else ""
@@ -64,9 +64,20 @@ def kind_of_march_types(arguments: Iterable[Any]) -> str:
     if not layer:
         return "model"
     classes = list(_classes_in(types))
+    parts = list(_counts_of(types[0]))
     if any(getattr(cls, "outside_hash", "") for cls in classes):
-        return f"{layer} with an effect of your own"
-    return f"{layer} with effects" if any(getattr(cls, "is_of_laws", False) for cls in classes) else layer
+        parts.append("an effect of your own")
+    elif any(getattr(cls, "is_of_laws", False) for cls in classes):
+        parts.append("effects")
+    return f"{layer} with {' and '.join(parts)}" if parts else layer
+
+
+def _counts_of(machine: Any) -> Iterator[str]:
+    """What a machine has more than one of, each with its number: plain tuples in the Numba type of its parameters."""
+    for name, kind in zip(machine.fields, machine.types, strict=True):
+        count = 0 if hasattr(kind, "instance_class") else len(getattr(kind, "types", ()))
+        if count > 1:
+            yield f"{count} {name}"
 
 
 def _classes_in(types: Iterable[Any]) -> Iterator[type]:

@@ -240,7 +240,7 @@ def compile_first(machine: Machine, march: Callable[..., Any], *arguments: Any, 
     Parameters
     ----------
     machine : Machine
-        Machine to run; its model of air and its effects make its kind.
+        Machine to run; its model of air, its exhaust valves and its effects make its kind.
     march : function
         Takes the machine, and what follows here.
     *arguments, **options
@@ -259,7 +259,7 @@ def compile_first(machine: Machine, march: Callable[..., Any], *arguments: Any, 
     effects = machine.effects
     libraries = library_for(effects, VALVE_LIBRARY, "valve"), library_for(effects, ENGINE_LIBRARY, "engine")
     laws = tuple(kind_of_march(library.effects, effects) for library in libraries)
-    kind = march.__name__, machine.air.model, type(effects), *laws
+    kind = march.__name__, machine.air.model, len(machine.engine.exhausts), type(effects), *laws
     if kind not in _compiled:
         call_in_thread(march, machine, *arguments, **options).result()
         _compiled.add(kind)

@@ -224,14 +224,15 @@ def _refuse_too_many(out: Path, runs: int) -> None:
 
 
 def _first_of_each_kind(points: Iterable[Point]) -> list[Point]:
-    """Choose points that compile all code that any point needs: corrected or not, with effects of any kind or none."""
+    """Choose points that compile all code that any needs: corrected or not, of each kind of effects and of exhausts."""
     machines: dict[tuple[int, int], Point] = {}
-    kinds: dict[tuple[int, type, type], Point] = {}
+    kinds: dict[tuple[int, int, type, type], Point] = {}
     for point in points:
         machines.setdefault((point.timing, point.combination), point)
     for point in machines.values():
         cycle, *_ = cycle_of(point.machine, point.speed)
-        kinds.setdefault((point.timing, type(cycle.effects), type(cycle.actuator.effects)), point)
+        types = type(cycle.effects), type(cycle.actuator.effects)
+        kinds.setdefault((point.timing, len(cycle.exhausts), *types), point)
     return list(kinds.values())
 
 

@@ -8,7 +8,15 @@ import sys
 import numba
 import pytest
 
-from apesim.compiling import TIMES_FILE, compile_times, note_compile_time, tell_of_compiling, when_compiling
+from apesim.compiling import (
+    TIMES_FILE,
+    compile_times,
+    kind_of_march_types,
+    note_compile_time,
+    tell_of_compiling,
+    when_compiling,
+)
+from apesim.engine.cycle.operating_point import cycle_of
 from apesim.engine.machine import Machine
 from tests.folders import ROOT
 
@@ -57,6 +65,24 @@ def test_the_outermost_listener_alone_is_told_and_none_after_its_end(times_file)
         f"compiling the {kind} for this processor, once: {times}" for kind in ("engine", "engine with effects")
     ]
     assert inner == []
+
+
+@pytest.mark.parametrize(
+    ("keys", "kind"),
+    [
+        ({}, "engine"),
+        ({"engine.exhaust_2.effective_area": "200 mm^2"}, "engine with 2 exhausts"),
+        ({"effects.blow_by.area": "1 mm^2"}, "engine with effects"),
+        (
+            {"engine.exhaust_2.effective_area": "200 mm^2", "effects.blow_by.area": "1 mm^2"},
+            "engine with 2 exhausts and effects",
+        ),
+    ],
+)
+def test_a_second_exhaust_valve_is_a_kind_of_its_own(keys, kind):
+    """Else its march would count as the engine's, which is not compiled by it."""
+    cycle, _, _ = cycle_of(Machine().with_(**keys), 100.0)
+    assert kind_of_march_types([numba.typeof(cycle)]) == kind
 
 
 @compiled_only

@@ -268,3 +268,9 @@ def test_all_that_any_machine_needs_is_compiled_before_the_work_is_shared_out():
     told = {(point.timing, point.machine.effects.blow_by.area > 0.0) for point in _first_of_each_kind(points)}
     assert told == {(0, False), (0, True), (1, False), (1, True)}
     assert len(_first_of_each_kind(points)) == 4
+
+
+def test_a_second_exhaust_valve_is_a_kind_that_is_compiled_before_the_work_is_shared_out():
+    areas = vary(["engine.exhaust_2.effective_area=0 mm^2, 100 mm^2, 200 mm^2"])
+    chosen = _first_of_each_kind(plan(areas, SPEEDS, [EPV]).points)
+    assert [len(point.machine.engine.exhausts) for point in chosen] == [1, 2]
