@@ -83,7 +83,7 @@ LEAVES = {
     "receiver_mixing": (RECEIVER_MIXING, "exergy destroyed by mixing in receiver and intake pipe"),
     "groove": (GROOVE, "exergy destroyed by throttling in the groove, and in leaks past it"),
     "cylinder_mixing": (CYLINDER_MIXING, "exergy destroyed by mixing in the cylinder"),
-    "exhaust_valve": (EXHAUST_VALVE, "exergy destroyed by throttling in the exhaust valve"),
+    "exhaust_valve": (EXHAUST_VALVE, "exergy destroyed by throttling in the exhaust valves"),
     "exhaust_air": (EXHAUST_AIR, "exergy that exhaust air carries off"),
     "solenoids": (SOLENOIDS, "exergy destroyed by throttling before the chambers: solenoids, supply line"),
     "chamber_mixing": (CHAMBER_MIXING, "exergy destroyed by mixing in the valve's chambers and supply line"),

@@ -57,7 +57,7 @@ INDICATORS = {
     "engine_air_kg_per_cycle": ("kg", "net air through the groove in a cycle"),
     "control_air_kg_per_cycle": ("kg", "net air through the supply sides of the solenoids in a cycle"),
     "groove_back_flow_kg_per_cycle": ("kg", "air that flows back through the groove in a cycle"),
-    "exhaust_back_flow_kg_per_cycle": ("kg", "air that flows in through the exhaust valve in a cycle"),
+    "exhaust_back_flow_kg_per_cycle": ("kg", "air that flows in through the exhaust valves in a cycle"),
     "specific_air_kg_per_kWh": ("kg/kWh", "all air over brake work"),
     "specific_engine_air_kg_per_kWh": ("kg/kWh", "engine air over brake work"),
     "indicated_specific_air_kg_per_kWh": ("kg/kWh", "all air over indicated work"),
@@ -255,8 +255,8 @@ def lowest_temperature(run: SteadyRun) -> float:
 def exhaust_temperature(run: SteadyRun) -> float:
     """Mixed temperature of the exhaust air: that of the mean enthalpy of what flows out in a cycle.
 
-    ``h(T_mix) = (H_e + m_back h(T_0))/(m_e + m_back)``, with net mass m_e and enthalpy H_e through the exhaust valve,
-    and the mass m_back that flowed in through it at ambient temperature T_0.
+    ``h(T_mix) = (H_e + m_back h(T_0))/(m_e + m_back)``, with net mass m_e and enthalpy H_e through the exhaust valves,
+    and the mass m_back that flowed in through them at ambient temperature T_0.
 
     It is the balance of energy of streams that mix without heat and work [1]_; h(T) is the specific enthalpy.
 

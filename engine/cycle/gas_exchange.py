@@ -187,7 +187,7 @@ def port_flow(p: Cycle, mode: np.ndarray, ports: tuple[Port, ...], airs: tuple[G
 
     ``mdot = S psi(r) p/sqrt(R T)`` (Eq. 7 of the EPV paper [1]_), with the effective area S, the flow function psi of
     the pressure ratio r, the gas constant R, and pressure p and temperature T upstream. The paper has it for its
-    solenoids and groove; it is that of any restriction without inertia, and so of the exhaust valve and of the feed of
+    solenoids and groove; it is that of any restriction without inertia, and so of the exhaust valves and of the feed of
     the receiver, too.
 
     Parameters

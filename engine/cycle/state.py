@@ -125,7 +125,7 @@ class Cycle(NamedTuple):
     has_lift_curve: int
     """1: the cam's lift is that of its curve, 0: that of its flanks."""
     exhaust_pressure: float
-    """Pressure behind the exhaust valve [Pa abs]."""
+    """Pressure behind the exhaust valves [Pa abs]."""
     pipe: FedVolume
     """Intake pipe before the groove, where an effect puts one there."""
     effects: EngineLaws | EngineTables | NoEffects  # type: ignore[valid-type]

@@ -1,4 +1,4 @@
-"""Back pressure behind the exhaust valve: manifold, silencer, a turbine."""
+"""Back pressure behind the exhaust valves: manifold, silencer, a turbine."""
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -10,13 +10,13 @@ if TYPE_CHECKING:
 
 
 class ExhaustBackPressure(NamedTuple):
-    """A pressure above ambient behind the exhaust valve."""
+    """A pressure above ambient behind the exhaust valves."""
 
     pressure: Annotated[float, Quantity("kPa", 0, 50, "a silencer; the second stage of a two-stage engine")] = 0.0
 
 
 def adjust(effect: ExhaustBackPressure, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
-    """Raise the pressure behind the exhaust valve, ``p_e = p_0 + pressure``.
+    """Raise the pressure behind all exhaust valves, ``p_e = p_0 + pressure``.
 
     Air that flows back keeps ambient temperature; p_0 is ambient pressure. The crank case stays at ambient pressure.
     Restrictions in series are ISO 6358-3 [1]_; a constant pressure in place of one is chosen.

@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
 
 class ExhaustRestriction(NamedTuple):
-    """Share by which the effective area of the exhaust is smaller."""
+    """Share by which the effective area of each exhaust valve is smaller."""
 
     share: Annotated[float, Quantity("", 0, 0.4, "manifold and silencer in series")] = 0.0
 
 
 def adjust(effect: ExhaustRestriction, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
-    """Take a share off the effective area of the exhaust, ``S' = (1 - share) S``.
+    """Take a share off the effective area of each exhaust valve, ``S' = (1 - share) S``.
 
     Restrictions in series are ISO 6358-3 [1]_; a share of the area in place of a second one is chosen.
 
@@ -61,7 +61,7 @@ def adjust(effect: ExhaustRestriction, cycle: "Cycle", tables: "CycleTables") ->
 EFFECT = Effect(
     "exhaust_restriction",
     ExhaustRestriction,
-    equation="S_e = (1 - share) S_e",
+    equation="S_x = (1 - share) S_x, of each exhaust valve",
     source="ISO 6358-3: restrictions in series",
     seen_in="exhaust pressure; confused with exhaust timing",
     isolated_by="steady flow test of the exhaust, or cylinder pressure in the exhaust stroke at two speeds",

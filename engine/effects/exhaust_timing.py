@@ -1,4 +1,4 @@
-"""Exhaust cam that stands later, or earlier, than the machine file says."""
+"""Exhaust camshaft that stands later, or earlier, than the machine file says."""
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
 
 class ExhaustTiming(NamedTuple):
-    """Angle by which the exhaust opens and closes later; negative: earlier."""
+    """Angle by which each exhaust valve opens and closes later; negative: earlier."""
 
     angle: Annotated[float, Quantity("deg", -45, 45, "teeth of a belt; lash; another cam")] = 0.0
 
 
 def adjust(effect: ExhaustTiming, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
-    """Turn the exhaust cam, so that both ends of its window come later by one angle."""
+    """Turn the exhaust cams, so that both ends of each valve's window come later by one angle."""
 
     def turn(valve: "AnyExhaust") -> "AnyExhaust":
         return valve._replace(opens=valve.opens + effect.angle, closes=valve.closes + effect.angle)
@@ -28,7 +28,7 @@ def adjust(effect: ExhaustTiming, cycle: "Cycle", tables: "CycleTables") -> tupl
 EFFECT = Effect(
     "exhaust_timing",
     ExhaustTiming,
-    equation="A_e(phi) = A_e(phi - angle)",
+    equation="S_x(phi) = S_x(phi - angle), of each exhaust valve",
     source="Heywood, Internal Combustion Engine Fundamentals",
     seen_in="blow-down and recompression; confused with exhaust restriction",
     isolated_by="a dial gauge on the exhaust valve over crank angle",

@@ -25,7 +25,7 @@ TabulatedCylinderLeak = table(
     past_groove=(QUARTERS, Quantity("mm^2", 0, 2, "worn seals")),
 )
 TabulatedCylinderLeak.__doc__ = (
-    "Effective areas over the crank angle: to ambient, or off the exhaust valve, and past the groove."
+    "Effective areas over the crank angle: to ambient, or off the exhaust valves, and past the groove."
 )
 
 

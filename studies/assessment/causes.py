@@ -59,7 +59,7 @@ EXERGY = {
     "indicated_work": ("indicated work", ("indicated_work",)),
     "feed": ("exergy destroyed by throttling in the feed", ("feed",)),
     "groove": ("exergy destroyed by throttling in the groove", ("groove",)),
-    "exhaust": ("exergy destroyed in the exhaust valve or carried off through it", ("exhaust_valve", "exhaust_air")),
+    "exhaust": ("exergy destroyed in the exhaust valves or carried off through them", ("exhaust_valve", "exhaust_air")),
     "valve_drive": (
         "exergy destroyed or carried off in driving the valve",
         ("solenoids", "chamber_mixing", "vents", "vented_air", "valve_friction", "valve_impacts"),

@@ -10,7 +10,7 @@ import numpy as np
 from apesim.effect import sensed
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cycle.rates import TRACE as ENGINE_TRACE
-from apesim.engine.cycle.state import control_ledger, engine_ledger
+from apesim.engine.cycle.state import Cycle, control_ledger, engine_ledger
 from apesim.engine.cylinder import EPV
 from apesim.engine.effects import library_of
 from apesim.engine.indicators import friction_pressure, peak_pressure, valve_angles, valve_motion
@@ -307,12 +307,15 @@ def _engine_marks(machine: Machine, run: SteadyRun) -> dict[str, float]:
             "groove_closes": "valve_close_deg",
         }
         marks = NEVER | {mark: (angles[name] * DEGREE - p.start) / p.speed for mark, name in named.items()}
-    # The exhaust lasts from the first valve's opening to the last one's closing.
+    return {"energise": 0.0, "release": release} | marks | exhaust_marks(p)
+
+
+def exhaust_marks(p: Cycle) -> dict[str, float]:
+    """Marks of the exhaust, which lasts from the first valve's opening to the last one's closing."""
     near = 0.5 * TURN - p.exhausts[0].opens
     first = min(p.exhausts, key=lambda valve: (valve.opens + near) % TURN)
     last = max(p.exhausts, key=lambda valve: (valve.closes - first.opens) % TURN)
-    exhaust = {
+    return {
         "exhaust_opens": (first.opens - p.start) % TURN / p.speed,
         "exhaust_closes": (last.closes - p.start) % TURN / p.speed,
     }
-    return {"energise": 0.0, "release": release} | marks | exhaust

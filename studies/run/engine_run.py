@@ -49,7 +49,7 @@ TRACE_NAMES = {
     "groove_flow": "flow through the groove into the cylinder",
     "torque": "indicated torque",
     "receiver_pressure": "pressure in the receiver",
-    "exhaust_flow": "flow through the exhaust valve out of the cylinder",
+    "exhaust_flow": "flow through the exhaust valves out of the cylinder",
     "cylinder_volume": "cylinder volume",
 }
 """What each trace of a cycle is."""

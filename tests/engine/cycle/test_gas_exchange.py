@@ -77,10 +77,19 @@ def test_an_engine_with_two_exhaust_valves_closes_its_balances():
 
 @pytest.mark.compiled
 @pytest.mark.slow
-def test_two_halves_of_an_exhaust_valve_breathe_as_the_whole():
-    half = {"engine.exhaust.effective_area": "250 mm^2", "engine.exhaust_2.effective_area": "250 mm^2"}
+@pytest.mark.parametrize(
+    "effect",
+    [
+        {},
+        {"effects.exhaust_restriction.share": 0.3},
+        {"effects.exhaust_timing.angle": "5 deg"},
+        {"effects.exhaust_back_pressure.pressure": "20 kPa"},
+    ],
+)
+def test_two_parts_of_an_exhaust_valve_breathe_as_the_whole(effect):
+    parts = {"engine.exhaust.effective_area": "300 mm^2", "engine.exhaust_2.effective_area": "200 mm^2"}
     for rpm in ("600 rpm", "1000 rpm"):
-        whole = apesim.run_engine(apesim.Machine(), speed=rpm)
-        halves = apesim.run_engine(apesim.Machine().with_(**half), speed=rpm)
+        whole = apesim.run_engine(apesim.Machine().with_(**effect), speed=rpm)
+        halves = apesim.run_engine(apesim.Machine().with_(**parts, **effect), speed=rpm)
         for name in ("brake_torque", "engine_air", "exhaust_temperature", "exergy_exhaust_valve", "exergy_closure"):
             assert halves[name] == pytest.approx(whole[name], rel=1e-8, abs=1e-9), name

@@ -70,6 +70,17 @@ def test_exhaust_timing_moves_the_valve_and_its_corners(angle):
             assert np.abs(in_degrees(cycle) - (corner + by)).min() < 1e-9
 
 
+def test_effects_of_the_exhaust_act_on_both_valves():
+    two = {"engine.exhaust_2.effective_area": "200 mm^2", "engine.exhaust_2.opens": "190 deg"}
+    effects = {"exhaust_restriction": ExhaustRestriction(0.4), "exhaust_timing": ExhaustTiming(3.0 * DEGREE)}
+    plain = having().with_(**two)
+    p, _, _ = cycle_of(plain._replace(effects=plain.effects._replace(**effects)), SPEED)
+    areas, opens, closes, _ = np.transpose(p.exhausts)
+    assert areas == pytest.approx([300e-6, 120e-6], rel=1e-12)
+    assert opens == pytest.approx([168.0 * DEGREE, 193.0 * DEGREE], rel=1e-12)
+    assert closes == pytest.approx(343.0 * DEGREE, rel=1e-12)
+
+
 @pytest.mark.compiled
 def test_a_late_exhaust_holds_the_pressure_longer_and_compresses_less():
     pressure = {}

@@ -11,6 +11,7 @@ from apesim.engine.effects.groove_area_error import GrooveAreaError
 from apesim.engine.effects.seat_leak import SeatLeak
 from apesim.engine.effects.tabulated_cylinder_leak import TabulatedCylinderLeak
 from apesim.engine.effects.tabulated_groove import TabulatedGroove
+from apesim.engine.exhaust import SecondExhaust
 from apesim.valve.effects.tabulated_force import TabulatedForce
 from tests.engine.effects.test_engine_effects import cylinder, with_effects
 from tests.machines import settled
@@ -44,6 +45,17 @@ def test_what_a_leak_below_zero_takes_off_the_exhaust_valve(angle, own, taken):
     """Nothing where it is shut, no more than its own area elsewhere: a choked flow at 5 bar and 280 K by hand."""
     state = cylinder(5e5, 280.0, 200e-6)
     engine = state.engine._replace(exhaust=state.engine.exhaust._replace(effective_area=own))
+    balance = np.zeros(TERMS)
+    law(TabulatedCylinderLeak(*[-20e-6] * 12), state._replace(engine=engine, angle=angle * DEGREE), balance)
+    assert balance[MASS] == pytest.approx(taken * 0.684731 * 5e5 / np.sqrt(287.05 * 280.0), rel=1e-6)
+
+
+@pytest.mark.parametrize(("angle", "taken"), [(177.5, 7.5e-6), (230.0, 18e-6), (345.0, 3e-6)])
+def test_a_leak_below_zero_takes_no_more_than_both_exhaust_valves_have(angle, taken):
+    """The first one, 15 mm^2 from 165 to 340 deg, is half open, open and shut; the second opens at 220 deg."""
+    state = cylinder(5e5, 280.0, 200e-6)
+    second = SecondExhaust(3e-6, 220.0 * DEGREE, 355.0 * DEGREE, 5.0 * DEGREE)
+    engine = state.engine._replace(exhaust=state.engine.exhaust._replace(effective_area=15e-6), exhaust_2=second)
     balance = np.zeros(TERMS)
     law(TabulatedCylinderLeak(*[-20e-6] * 12), state._replace(engine=engine, angle=angle * DEGREE), balance)
     assert balance[MASS] == pytest.approx(taken * 0.684731 * 5e5 / np.sqrt(287.05 * 280.0), rel=1e-6)

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.cycle.operating_point import cycle_of
 from apesim.engine.steady import known_state, run_steady
 from apesim.studies.estimation.engine_starts import Starts
 from apesim.studies.measured import MeasuredRun
-from apesim.studies.measured.prediction import predict, run_of, start_of, with_value
+from apesim.studies.measured.prediction import exhaust_marks, predict, run_of, start_of, with_value
 from apesim.valve.bench import run_bench
 from tests.machines import AMBIENT, RPM, changed, machine
 from tests.truth.simulator.engine import CYLINDER_PRESSURE, Engine
@@ -156,6 +157,20 @@ def test_an_engines_marks_are_its_valves(truth):
     assert marks["exhaust_closes"] == pytest.approx(345.0 / 6000.0)
     assert 0.0 < marks["opening_start"] < marks["groove_opens"]
     assert marks["release"] < marks["closing_start"] < marks["groove_closes"]
+
+
+@pytest.mark.parametrize(
+    ("window", "opens", "closes"),
+    [((150.0, 330.0), 150.0, 340.0), ((180.0, 350.0), 165.0, 350.0), ((200.0, 320.0), 165.0, 340.0)],
+)
+def test_the_exhaust_lasts_from_the_first_valves_opening_to_the_last_ones_closing(window, opens, closes):
+    run = engine_run()
+    keys = {"effective_area": (200.0, "mm^2"), "opens": (window[0], "deg"), "closes": (window[1], "deg")}
+    two = machine(receiver=1.0).with_(**{f"engine.exhaust_2.{key}": value for key, value in keys.items()})
+    cycle, _, _ = cycle_of(run_of(two, run), run.speed)
+    marks = exhaust_marks(cycle)
+    assert marks["exhaust_opens"] == pytest.approx((opens + 5.0) / 6000.0)
+    assert marks["exhaust_closes"] == pytest.approx((closes + 5.0) / 6000.0)
 
 
 def test_an_engine_with_a_cam_has_the_marks_of_its_groove():
