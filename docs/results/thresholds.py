@@ -29,6 +29,8 @@ def compute():
         "draws": gap_test.DRAWS,
         "singles": model_selection.MAX_SINGLES,
         "large": model_selection.MAX_LARGE,
+        "min_sets": model_selection.MIN_SETS,
+        "max_sets": model_selection.MAX_SETS,
         "faults": model_selection.MAX_FAULTS,
         "files": run_faults.MIN_FILES,
         "most_corrected": thresholds.MAX_CORRECTED,
@@ -38,6 +40,7 @@ def compute():
         "windows": thresholds.WINDOWS,
     }.items():
         values[name] = Number(value)
+    values["min_foreseen"] = Number(100.0 * model_selection.MIN_FORESEEN, "%")
     values["cost_of_six"] = Number(round(float(find_pull(6.0)) ** 2, 1))
     told = load_reliability()
     values["sealed_cases"] = Number(told["cases"].get("number", 0))

@@ -12,10 +12,9 @@ from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
 from apesim.studies.gap.search.model_selection import (
     PricedModel,
     fit_faults,
-    fit_pairs,
-    fit_remaining,
+    fit_large,
+    fit_sets,
     fit_singles,
-    fit_triples,
     project_beside,
     refit_each_alone,
 )
@@ -35,9 +34,9 @@ def fit_candidates(
 ) -> tuple[CalibratedGap, list[PricedModel]]:
     """Fit all models that may explain a gap; give the gap, its scatter taken anew where runs scatter, and the fits.
 
-    The best single effects and faults of single files by score come first; the other effects and pairs follow where the
-    best of these is doubtful, and sets of three where the best pair leaves more than noise. Scatter is taken at the
-    best single effect, and again at the best pair, see `take_scatter_at_best`, with the held-out runs `others`;
+    The best single effects and faults of single files by score come first. Where the best of these is doubtful, effects
+    that show when they are large follow, and then sets of one to three by linear models. Scatter is taken at the best
+    single effect, and again at the best set, see `take_scatter_at_best`, with the held-out runs `others`;
     `library_size` is the number of candidates. The fits are penalised, the best of each set of effects, the best first.
     """
     fits = fit_singles(gap.calibrated, gap.scores, library_size, work)
@@ -45,18 +44,13 @@ def fit_candidates(
     base, ranked, fault_scores = gap.calibrated, gap.scores, _score_faults(gap)
     fits += fit_faults(base, fault_scores, fits, library_size, work)
     if is_doubtful(fits, gap):
-        fits += fit_remaining(base, ranked, fits, library_size, work)
-        if is_doubtful(fits, gap):
-            singles = sorted(fits, key=lambda choice: choice.cost)
-            every_score = sorted([*ranked, *fault_scores], key=lambda score: -score.n_sigma)
-            couples = fit_pairs(base, _list_paired(gap), every_score, singles, library_size, work)
-            fits += couples
-            if couples and couples[0].cost < singles[0].cost:
-                fits += refit_each_alone(base, couples[0], library_size, work)
-                gap, fits = take_scatter_at_best(gap, fits, others, work)
-                couples = [choice for choice in fits if len(choice.model.candidates) == 2]
-                if couples and compare_model_with_noise(couples[0].model, gap).alarm:
-                    fits += fit_triples(gap.calibrated, _list_paired(gap), couples, library_size, work)
+        fits += fit_large(base, ranked, fits, library_size, work)
+    if is_doubtful(fits, gap):
+        sets = fit_sets(base, _list_paired(gap), fits, library_size, work)
+        fits += sets
+        if sets and sets[0] is min(fits, key=lambda choice: choice.cost):
+            fits += refit_each_alone(base, sets[0], library_size, work)
+            gap, fits = take_scatter_at_best(gap, fits, others, work)
     best: dict[frozenset[str], PricedModel] = {}
     for choice in sorted(fits, key=lambda choice: choice.cost):
         best.setdefault(frozenset(choice.names), choice)

@@ -48,6 +48,8 @@ SUSPECTS = {
         Suspect("engine.compression_ratio", 0.1),
         Suspect("engine.exhaust.opens", radians(10.0), relative=False),
         Suspect("engine.exhaust.closes", radians(10.0), relative=False),
+        Suspect("engine.exhaust_2.opens", radians(10.0), relative=False),
+        Suspect("engine.exhaust_2.closes", radians(10.0), relative=False),
         Suspect("engine.receiver.volume", 0.25),
         Suspect("groove.lap", 0.5e-3, relative=False),
     ),

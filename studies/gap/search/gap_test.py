@@ -1,7 +1,7 @@
 """The test for a gap: the largest score of all, against the largest that noise alone gives."""
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
+from itertools import combinations, groupby
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +19,8 @@ SCORE_DRAWS = 40
 """Draws of scores from each."""
 DRAWS = NOISE_DRAWS * SCORE_DRAWS
 SEED = 20090715
+CHUNK = 1000
+"""Draws of which pairs are scored at a time."""
 MAX_PAIR_COSINE = 0.99
 """Cosine between two effects from which they are no pair: their difference is within the march's own error."""
 
@@ -82,11 +84,13 @@ def compare_with_noise(
         return GapTest(_find_chances(highest, largest), largest, limit)
     together = score_pairs(seen[None, :], pairs, correlations, one_sided)[0]
     best = int(np.argmax(together))
+    names = tuple(sensitivities[number].probe.candidate.name for number in pairs[best])
+    if largest > np.max(highest):  # which no pair can make less probable by noise
+        return GapTest(1.0 / (1.0 + DRAWS), largest, limit, names, float(together[best]))
     highest_pairs = score_best_pairs(draws, pairs, correlations, one_sided)
     smaller = min(_find_chances(highest, largest), _find_chances(highest_pairs, together[best]))
     smaller_by_noise = np.minimum(_find_chances(highest, highest), _find_chances(highest_pairs, highest_pairs))
     p_value = float((1.0 + np.sum(smaller_by_noise <= smaller)) / (1.0 + DRAWS))
-    names = tuple(sensitivities[number].probe.candidate.name for number in pairs[best])
     return GapTest(p_value, largest, limit, names, float(together[best]))
 
 
@@ -153,8 +157,8 @@ def score_pairs(scores: np.ndarray, pairs: np.ndarray, correlations: np.ndarray,
     >>> score_pairs(np.ones((1, 2)), np.array([[0, 1]]), correlations, np.array([False, False])).round(2).tolist()
     [[4.47]]
     """
-    found = np.array(list(_square_pairs(scores, pairs, correlations, one_sided)))
-    return np.sqrt(np.maximum(found, 0.0)).reshape(len(pairs), len(scores)).T
+    squared = np.concatenate(list(_square_pairs(scores, pairs, correlations, one_sided)))
+    return np.sqrt(np.maximum(squared, 0.0)).T
 
 
 def score_best_pairs(
@@ -165,22 +169,26 @@ def score_best_pairs(
     `pairs` holds one pair at least.
     """
     best = np.zeros(len(scores))
-    for squared in _square_pairs(scores, pairs, correlations, one_sided):
-        np.maximum(best, squared, out=best)
+    # A part of the draws at a time, so that what is worked on stays near the processor.
+    for start in range(0, len(scores), CHUNK):
+        part = best[start : start + CHUNK]
+        for squared in _square_pairs(scores[start : start + CHUNK], pairs, correlations, one_sided):
+            np.maximum(part, squared.max(axis=0), out=part)
     return np.sqrt(best)
 
 
 def _square_pairs(
     scores: np.ndarray, pairs: np.ndarray, correlations: np.ndarray, one_sided: np.ndarray
 ) -> Iterator[np.ndarray]:
-    """Squares of what `score_pairs` gives of each pair, (d,); below 0 by rounding alone."""
-    rows = np.ascontiguousarray(scores.T)  # the scores of a shape stand together, so that no pair copies them
+    """Squares of what `score_pairs` gives of the pairs of each first shape, (k, d); below 0 by rounding alone."""
+    rows = np.ascontiguousarray(scores.T)
     squares = rows * rows
-    for first, second in pairs.tolist():
-        r, a, b = correlations[first, second], rows[first], rows[second]
-        squared = (squares[first] + squares[second] - 2.0 * r * a * b) / (1.0 - r * r)
+    for first, group in groupby(pairs.tolist(), key=lambda pair: pair[0]):
+        others = [second for _, second in group]
+        r, a, b = correlations[first, others][:, None], rows[first], rows[others]
+        squared = (squares[first] + squares[others] - 2.0 * r * a * b) / (1.0 - r * r)
         if one_sided[first]:
             squared[a < r * b] = 0.0
-        if one_sided[second]:
-            squared[b < r * a] = 0.0
+        bound = one_sided[others]
+        squared[bound] *= b[bound] >= r[bound] * a
         yield squared

@@ -1,8 +1,7 @@
 """The models that may explain the gap, fitted and ranked by penalised cost."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from itertools import combinations
 from math import log
 from typing import Any, NamedTuple
 
@@ -10,8 +9,9 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import unless_ended
+from apesim.studies.gap.search.linear_sets import LARGEST_SET, LinearModel, linearise_base, linearise_best, rank_sets
 from apesim.studies.gap.search.refit import probe_large_sizes, refit, refit_one
-from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores, find_sensitivities, project_for_model
+from apesim.studies.gap.search.score_test import Score, Sensitivity, find_sensitivities, project_for_model
 from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST, TERM_CHANCE
 
@@ -21,18 +21,21 @@ MAX_FAULTS = 6
 """Faults of single files that are fitted alone for their score."""
 MAX_LARGE = 4
 """Candidates that are fitted alone for what they leave when switched on by much."""
-MAX_SCREENED_PAIRS = 3
-"""Pairs of a screen of all that are fitted."""
-MAX_EXTENDED_PAIRS = 3
-"""Pairs to which a third effect is added."""
-MAX_SWAPS = 3
-"""Effects that are tried in place of either of the best pair."""
+MIN_SETS, MAX_SETS = 3, 8
+"""Sets of candidates that are fitted in a round: the best by a linear model, and those foreseen to come near them."""
+NEAR = 2.0 * AMBIGUOUS_COST
+"""Penalised cost above that of the best set, by a linear model, from which a set is no rival: linear models err."""
+MAX_ROUNDS = 3
+"""Rounds of linear models, each at the best model so far; two mostly agree."""
 LEADERS = 4
 """Models of a kind that are fitted first: how near the best of them comes says which others are worth sharpening."""
 NEGLIGIBLE = 60.0
 """Sum of squares above the best model's from which a model counts for nothing: odds of 1e13 to 1."""
 NEGLIGIBLE_SHARE = 0.1
 """Share of what the best model takes off the calibrated machine's sum of squares that a model has to be behind, too."""
+MIN_FORESEEN = 0.3
+"""Share of what the best model takes off the calibrated machine's sum of squares that a linear model has to foresee of
+another, so that it is fitted. Of a hundred fits that came near the best, the least was foreseen to take half."""
 Pair = tuple[tuple[Any, ...], tuple[Any, ...]]
 """Candidates with the values x from which each starts."""
 
@@ -85,17 +88,28 @@ def price_model(model: Model, library: int) -> PricedModel:
 def fit_singles(base: Model, ranked: Sequence[Score], library: int, work: Work) -> list[PricedModel]:
     """Fit the most promising candidates, each alone; the best fit first.
 
-    They are the `MAX_SINGLES` best by score (`ranked`, the largest first), and of the others the `MAX_LARGE` that leave
-    least when switched on by much; `library` is the number of candidates.
+    They are the `MAX_SINGLES` best by score (`ranked`, the largest first), but for those that are foreseen to stay far
+    behind the first; `library` is the number of candidates.
     """
-    wanted = {score.name: score for score in ranked[:MAX_SINGLES] if score.n_sigma > 0.0}
-    tasks = _guess_singles(base, wanted.values())
-    others = [score.sensitivity.probe.candidate for score in ranked if score.name not in wanted]
+    wanted = [score for score in ranked[:MAX_SINGLES] if score.n_sigma > 0.0]
+    return _fit_scored(base, wanted, (), library, work, "fitting effects")
+
+
+def fit_large(
+    base: Model, ranked: Sequence[Score], fits: Iterable[PricedModel], library: int, work: Work
+) -> list[PricedModel]:
+    """Fit the `MAX_LARGE` candidates that leave least when switched on by much, of those that were not fitted yet.
+
+    An effect to which the data do not respond in proportion has a small score. `fits` are the models that were fitted;
+    the best fit comes first.
+    """
+    names = {choice.names for choice in fits}
+    others = [score.sensitivity.probe.candidate for score in ranked if (score.name,) not in names]
     large = work.each("scoring", probe_large_sizes, [(base, candidate) for candidate in others])
     work.simulations.add(sum(simulations for *_, simulations in large))
     near = sorted(zip(large, others, strict=True), key=lambda pair: pair[0][0])
-    tasks += [(base, (candidate,), (x,)) for (cost, x, _), candidate in near[:MAX_LARGE] if cost < base.fitted.cost]
-    return _fit_all(base, refit, tasks, (), library, work, "fitting effects")
+    tasks = [(base, (candidate,), (x,)) for (cost, x, _), candidate in near[:MAX_LARGE] if cost < base.fitted.cost]
+    return _fit_all(base, refit, tasks, fits, library, work, "fitting effects")
 
 
 def fit_faults(
@@ -107,90 +121,63 @@ def fit_faults(
     candidates.
     """
     wanted = [score for score in ranked[:MAX_FAULTS] if score.n_sigma > 0.0]
-    return _fit_all(base, refit, _guess_singles(base, wanted), fits, library, work, "fitting files")
+    return _fit_scored(base, wanted, fits, library, work, "fitting files")
 
 
-def fit_triples(
-    base: Model,
-    sensitivities: Sequence[Sensitivity],
-    pairs: Sequence[PricedModel],
-    library: int,
-    work: Work,
+def fit_sets(
+    base: Model, sensitivities: Sequence[Sensitivity], alone: Sequence[PricedModel], library: int, work: Work
 ) -> list[PricedModel]:
-    """Fit the most promising sets of three: each of the best pairs with the two that score best on what it leaves.
+    """Fit the most promising singles, pairs and sets of three, by linear models of all of them; the best fit first.
 
-    `sensitivities` are those at the calibrated machine `base`, `pairs` and the result have the best first; `library` is
-    the number of candidates.
-
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> pairs = [choice for choice in explanation.fits if len(choice.names) == 2]
-    >>> triples = fit_triples(explanation.calibrated, explanation.sensitivities, pairs[:1], 3, Work())
-    >>> all(len(triple.names) == 3 and triple.model.cost <= pairs[0].model.cost for triple in triples)
-    True
+    The first linear model is that at the calibrated machine `base`, with the `sensitivities` there. Each further one is
+    taken at the best model so far, until that is the same once more: about it the others are foreseen best. `alone` are
+    the single candidates that were fitted, `library` is the number of candidates.
     """
-    wanted: dict[frozenset[str], Any] = {}
-    for pair in pairs[:MAX_EXTENDED_PAIRS]:
-        model = pair.model
-        beside = find_scores(project_beside(sensitivities, model), model.fitted.residuals)
-        for score in [score for score in beside if score.n_sigma > 0.0][:2]:
-            third = score.sensitivity.probe.candidate
-            guesses = (*(tuple(model.own(number)) for number in range(len(model.candidates))), score.guess)
-            names = frozenset((*model.names, third.name))
-            within = [other.model for other in pairs if set(other.names) < names]
-            wanted.setdefault(names, (base, (*model.candidates, third), guesses, within))
-    return _fit_all(base, refit, wanted.values(), pairs, library, work, "fitting sets of three")
+    fits = list(alone)
+    singles = [choice.model for choice in alone if len(choice.model.candidates) == 1]
+    _fit_ranked(base, linearise_base(base, sensitivities, singles), fits, library, work)
+    looked_at: set[frozenset[str]] = set()
+    for _ in range(MAX_ROUNDS):
+        best = min((choice for choice in fits if choice.model.candidates), key=lambda choice: choice.cost, default=None)
+        if best is None or frozenset(best.names) in looked_at:
+            break
+        looked_at.add(frozenset(best.names))
+        others = _find_sensitivities_beside(best.model, sensitivities, work)
+        _fit_ranked(base, linearise_best(best.model, others), fits, library, work)
+    known = {id(choice) for choice in alone}
+    return sorted((choice for choice in fits if id(choice) not in known), key=lambda choice: choice.cost)
 
 
-def fit_remaining(
-    base: Model, ranked: Sequence[Score], fits: Iterable[PricedModel], library: int, work: Work
-) -> list[PricedModel]:
-    """Fit the candidates that were not fitted alone yet; the best fit first.
+def _fit_ranked(base: Model, linear: LinearModel, fits: list[PricedModel], library: int, work: Work) -> None:
+    """Fit the sets that leave least by a linear model and were not fitted yet, see `MIN_SETS`; add them to the fits."""
+    penalty = find_term_penalty(library)
+    ranked, tried = rank_sets(linear, penalty), {frozenset(choice.names) for choice in fits}
+    untried = [each for each in ranked[: len(tried) + MAX_SETS] if each.names not in tried]
+    limit = ranked[0].price(penalty) + NEAR if ranked else 0.0
+    wanted = untried[:MIN_SETS] + [each for each in untried[MIN_SETS:MAX_SETS] if each.price(penalty) < limit]
+    # The smaller sets first, as a larger one starts from those that it contains, and is never worse.
+    for size in range(1, LARGEST_SET + 1):
+        tasks = [
+            (base, each.candidates, each.guesses, [c.model for c in fits if frozenset(c.names) < each.names])
+            for each in wanted
+            if len(each.candidates) == size
+        ]
+        fits += _fit_all(base, refit, tasks, fits, library, work, "fitting sets")
 
-    Where a calibration was led astray, scores and probes say little of what a fit gives. `ranked` has the largest score
-    first; `library` is the number of candidates.
+
+def _find_sensitivities_beside(model: Model, sensitivities: Sequence[Sensitivity], work: Work) -> list[Sensitivity]:
+    """What the candidates that a model does not have would do to the data there; `sensitivities` are elsewhere.
+
+    A fault of a file changes the same records in the same way, whatever the machine does.
     """
-    fitted = list(fits)
-    names = {choice.names for choice in fitted}
-    rest = [score for score in ranked if (score.name,) not in names]
-    return _fit_all(base, refit, _guess_singles(base, rest), fitted, library, work, "fitting effects")
+    others = [each for each in sensitivities if each.probe.candidate.name not in model.names]
+    of_rig = {each.probe.candidate.name: each.probe.candidate for each in others if not each.probe.candidate.file}
+    of_files = [each for each in others if each.probe.candidate.file]
+    return find_sensitivities(model.residuals, model.fitted, list(of_rig.values()), work, "scoring") + of_files
 
 
-def fit_pairs(
-    base: Model,
-    sensitivities: Sequence[Sensitivity],
-    ranked: Sequence[Score],
-    alone: Sequence[PricedModel],
-    library: int,
-    work: Work,
-) -> list[PricedModel]:
-    """Fit the most promising pairs of effects; the best fit first.
-
-    They are each of the three best singles with the two effects that score best on what it leaves; of all pairs those
-    that take most of the gap in a linear model, by their sensitivities and by what each effect takes alone; and then
-    the best of these pairs with either effect replaced by others. `sensitivities` are at the calibrated machine `base`,
-    `ranked` and `alone` have the best first; `library` is the number of candidates.
-    """
-    wanted: dict[frozenset[str], Pair] = {}
-    screened = [*_screen_pairs(ranked, base.fitted.residuals), *_add_up_singles(alone, base.fitted.data_residuals)]
-    for (first, second), guesses in [*_find_partners(alone[:3], sensitivities, work), *screened]:
-        wanted.setdefault(frozenset((first.name, second.name)), ((first, second), guesses))
-
-    def fitted(pairs: Iterable[Pair], fits: Sequence[PricedModel]) -> list[PricedModel]:
-        tasks = [(base, *pair, [c.model for c in alone if c.names[0] in _name_candidates(pair)]) for pair in pairs]
-        return _fit_all(base, refit, tasks, fits, library, work, "fitting pairs")
-
-    fits = fitted(wanted.values(), alone)
-    if fits:
-        others = {frozenset(_name_candidates(pair)): pair for pair in _swap_effects(fits[0], alone, sensitivities)}
-        tried = {frozenset(choice.names) for choice in fits}
-        untried = [pair for names, pair in others.items() if names not in tried]
-        fits += fitted(untried, fits)
-    return sorted(fits, key=lambda choice: choice.cost)
-
-
-def refit_each_alone(base: Model, pair: PricedModel, library: int, work: Work) -> list[PricedModel]:
-    """Fit each effect of a pair alone, from where the pair stands: its own fit may have ended in another minimum.
+def refit_each_alone(base: Model, best: PricedModel, library: int, work: Work) -> list[PricedModel]:
+    """Fit each effect of a set alone, from where the set stands: its own fit may have ended in another minimum.
 
     The best comes first; `library` is the number of candidates.
 
@@ -200,8 +187,8 @@ def refit_each_alone(base: Model, pair: PricedModel, library: int, work: Work) -
     >>> [choice.names for choice in refit_each_alone(explanation.calibrated, pair, 3, Work())]
     [('side_force',), ('coulomb_friction',)]
     """
-    wanted = [(base, pair.model, number) for number in range(len(pair.model.candidates))]
-    return _fit_all(base, refit_one, wanted, (), library, work, "fitting pairs")
+    wanted = [(base, best.model, number) for number in range(len(best.model.candidates))]
+    return _fit_all(base, refit_one, wanted, (), library, work, "fitting sets")
 
 
 def project_beside(sensitivities: Iterable[Sensitivity], model: Model) -> list[Sensitivity]:
@@ -222,6 +209,18 @@ def project_beside(sensitivities: Iterable[Sensitivity], model: Model) -> list[S
 def _guess_singles(base: Model, scores: Iterable[Score]) -> list[tuple[Any, ...]]:
     """Candidates alone with the sizes that their scores suggest, as `refit` wants them."""
     return [(base, (score.sensitivity.probe.candidate,), (score.guess,)) for score in scores]
+
+
+def _fit_scored(
+    base: Model, scores: Sequence[Score], fits: Iterable[PricedModel], library: int, work: Work, stage: str
+) -> list[PricedModel]:
+    """Fit candidates alone: that with the largest score, then those that are foreseen to come near it; best first."""
+    known = list(fits)
+    found = _fit_all(base, refit, _guess_singles(base, scores[:1]), known, library, work, stage)
+    least = min((choice.model.cost for choice in (*known, *found)), default=np.inf)
+    others = [score for score in scores[1:] if score.n_sigma**2 > MIN_FORESEEN * (base.cost - least)]
+    found += _fit_all(base, refit, _guess_singles(base, others), [*known, *found], library, work, stage)
+    return sorted(found, key=lambda choice: choice.cost)
 
 
 def _fit_all(
@@ -261,76 +260,3 @@ def find_limit(base: Model, least: float) -> float:
     -900.0
     """
     return least + max(NEGLIGIBLE, NEGLIGIBLE_SHARE * (base.cost - least))
-
-
-def _name_candidates(pair: Pair) -> list[str]:
-    """Names of the candidates of a pair with its guesses."""
-    return [candidate.name for candidate in pair[0]]
-
-
-def _swap_effects(
-    pair: PricedModel, alone: Sequence[PricedModel], sensitivities: Sequence[Sensitivity]
-) -> Iterator[Pair]:
-    """The pair with either effect replaced by what explains as much of what the other leaves."""
-    for number, retained in enumerate(pair.model.candidates):
-        single = next((choice.model for choice in alone if choice.names == (retained.name,)), None)
-        if single is None:
-            continue
-        ranked = find_scores(project_beside(sensitivities, single), single.fitted.residuals)
-        near = [score for score in ranked if score.n_sigma**2 > ranked[0].n_sigma ** 2 - 2.0 * AMBIGUOUS_COST]
-        x = tuple(pair.model.own(number))
-        for score in near[:MAX_SWAPS]:
-            yield (retained, score.sensitivity.probe.candidate), (x, score.guess)
-
-
-def _find_partners(alone: Sequence[PricedModel], sensitivities: Sequence[Sensitivity], work: Work) -> Iterator[Pair]:
-    """For each single the two candidates that score best on what it leaves."""
-    by_candidate = list(
-        {sensitivity.probe.candidate.name: sensitivity.probe.candidate for sensitivity in sensitivities}.values()
-    )
-    for rank, choice in enumerate(alone):
-        model = choice.model
-        first = model.candidates[0]
-        if rank == 0:
-            # A fault of a file changes the same records in the same way, whatever the machine does.
-            others = [each for each in by_candidate if each.name != first.name and not each.file]
-            of_faults = [each for each in sensitivities if each.probe.candidate.file]
-            others_beside = find_sensitivities(model.residuals, model.fitted, others, work, "fitting pairs")
-            others_beside += project_beside(of_faults, model)
-        else:
-            others_beside = project_beside(sensitivities, model)
-        for score in find_scores(others_beside, model.fitted.residuals)[:2]:
-            if score.n_sigma > 0.0:
-                x = tuple(model.own(0))
-                yield (first, score.sensitivity.probe.candidate), (x, score.guess)
-
-
-def _screen_pairs(ranked: Sequence[Score], errors: np.ndarray) -> Iterator[Pair]:
-    """The pairs that explain most of the gap if all is straight."""
-    probes = [score.sensitivity.probe for score in ranked]
-    for numbers, weights in _select_largest([-score.sensitivity.projected for score in ranked], errors):
-        pair = [probes[number] for number in numbers]
-        guesses = (probe.scale(weight) for probe, weight in zip(pair, weights, strict=True))
-        yield tuple(probe.candidate for probe in pair), tuple(guesses)
-
-
-def _add_up_singles(alone: Sequence[PricedModel], gap: np.ndarray) -> Iterator[Pair]:
-    """The pairs that explain most of the gap if what each takes of it alone adds up.
-
-    Where an effect is large and bends the data, its sensitivity at the calibrated machine foretells little of it.
-    """
-    models = [choice.model for choice in alone]
-    for numbers, _ in _select_largest([gap - model.fitted.data_residuals for model in models], gap):
-        pair = [models[number] for number in numbers]
-        yield tuple(model.candidates[0] for model in pair), tuple(tuple(model.own(0)) for model in pair)
-
-
-def _select_largest(taken: Sequence[np.ndarray], gap: np.ndarray) -> list[tuple[tuple[int, ...], np.ndarray]]:
-    """The pairs, by number, that take most of a gap together, with their weights; the largest first."""
-    ranked = []
-    for pair in combinations(range(len(taken)), 2):
-        both = np.column_stack([taken[number] for number in pair])
-        weights, *_ = np.linalg.lstsq(both, gap, rcond=None)
-        ranked.append((float(gap @ (both @ weights)), pair, weights))
-    ranked.sort(key=lambda row: -row[0])
-    return [(pair, weights) for _, pair, weights in ranked[:MAX_SCREENED_PAIRS]]

@@ -13,7 +13,6 @@ from apesim.studies.gap.decide.odd_files import OddChannel
 from apesim.studies.gap.decide.operating_points import find_points
 from apesim.studies.gap.decide.verdict import TABLE, decide, find_row
 from apesim.studies.gap.reasons import ReasonKind, Verdict
-from apesim.studies.gap.search import model_selection
 from apesim.studies.gap.search.candidates import Candidate
 from apesim.studies.gap.search.model_selection import PricedModel, find_term_penalty, price_model
 from apesim.studies.gap.thresholds import MAX_CORRECTED, MIN_LOG_ODDS
@@ -371,55 +370,6 @@ def test_a_pair_that_hardly_beats_one_of_its_effects_leaves_it_open_whether_ther
     assert verdict_of(PAIR, B) == "AMBIGUOUS"
     assert verdict_of(PAIR, B._replace(cost=99.0)) == "NAMED"
     assert verdict_of(PAIR, B._replace(cost=200.0)) == "TWO_EFFECTS"
-
-
-def test_pairs_of_the_straight_screen_are_fitted_whatever_partners_the_best_singles_have(monkeypatch):
-    """The cause of a true pair that was never tried: the partners of three singles took all the room."""
-
-    def pair(first, second):
-        return tuple(SimpleNamespace(name=name) for name in (first, second)), ((0.1,), (0.1,))
-
-    partners = [pair(first, second) for first, second in ("ab", "ac", "bc", "bd", "cd", "ce")]
-    screened, fitted = [pair("a", "c"), pair("d", "e"), pair("e", "f")], []
-    monkeypatch.setattr(model_selection, "_find_partners", lambda *_: partners)
-    monkeypatch.setattr(model_selection, "_screen_pairs", lambda *_: screened)
-    monkeypatch.setattr(model_selection, "_fit_all", lambda base, fit, wanted, *_: fitted.extend(wanted) or [])
-    base = SimpleNamespace(fitted=SimpleNamespace(residuals=None, data_residuals=None))
-    assert model_selection.fit_pairs(base, [], [], [], 40, None) == []
-    names = [{candidate.name for candidate in one[1]} for one in fitted]
-    assert names == [{*"ab"}, {*"ac"}, {*"bc"}, {*"bd"}, {*"cd"}, {*"ce"}, {*"de"}, {*"ef"}]
-
-
-def test_pairs_are_fitted_whose_effects_add_up_however_little_their_sensitivities_foretell(monkeypatch):
-    """The cause of a true pair that was never tried: wall heat and a droop at the ends of their ranges."""
-    fitted, gap = [], 3.0 * SHAPE + 2.0 * OTHER
-    monkeypatch.setattr(model_selection, "_find_partners", lambda *_: [])
-    monkeypatch.setattr(model_selection, "_fit_all", lambda base, fit, wanted, *_: fitted.extend(wanted) or [])
-
-    def alone(name, taken, x):
-        candidates, left = (SimpleNamespace(name=name),), SimpleNamespace(data_residuals=gap - taken)
-        return PricedModel(SimpleNamespace(names=(name,), candidates=candidates, fitted=left, own=lambda _: x), 0.0)
-
-    best = alone("c", SHAPE + OTHER + SHAPE * OTHER, [0.4])
-    both = alone("a", 3.0 * SHAPE, [0.7]), alone("b", 2.0 * OTHER, [0.2, 0.9])
-    base = SimpleNamespace(fitted=SimpleNamespace(residuals=np.zeros(N), data_residuals=gap))
-    model_selection.fit_pairs(base, [], [], [best, *both, alone("d", SHAPE**2, [0.1])], 40, None)
-    names, guesses = [candidate.name for candidate in fitted[0][1]], fitted[0][2]
-    assert (names, guesses) == (["a", "b"], ((0.7,), (0.2, 0.9)))
-
-
-def test_all_others_are_fitted_alone_where_scores_and_probes_led_nowhere(monkeypatch):
-    """The cause of an effect of 27 deviations that was never fitted: its score at a calibration led astray was 2."""
-    asked = []
-    monkeypatch.setattr(model_selection, "_fit_all", lambda base, fit, wanted, *_: asked.extend(wanted) or [])
-    ranked = [
-        SimpleNamespace(name=name, guess=(0.1,), sensitivity=SimpleNamespace(probe=SimpleNamespace(candidate=name)))
-        for name in "abcd"
-    ]
-    model_selection.fit_remaining(
-        BASE, ranked, [choice(100.0, "a"), choice(90.0, "c"), choice(80.0, "b", "d")], 4, None
-    )
-    assert asked == [(BASE, ("b",), ((0.1,),)), (BASE, ("d",), ((0.1,),))]
 
 
 """Values x of a model that pulls a number of the machine by five prior sigmas."""

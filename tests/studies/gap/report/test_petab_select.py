@@ -153,7 +153,9 @@ def test_a_machine_that_lacks_nothing_is_the_only_model_fitted(found, tmp_path):
 
 
 def test_a_nuisance_and_an_effect_on_one_key_keep_their_names_apart():
-    machine = Machine().with_(valve_solenoid_release_dead_time="2 ms")
+    machine = Machine().with_(
+        valve_solenoid_release_dead_time="2 ms", **{"engine.exhaust_2.effective_area": "100 mm^2"}
+    )
     freed = [p for one in find_candidates(machine, "engine", select_effects("engine")) for p in one.parameters]
     known = [nuisance(machine, prior) for prior in VALVE + ENGINE]
     assert {p.key for p in freed} & {p.key for p in known} == {"effects.tdc_error.angle"}

@@ -11,7 +11,7 @@ from apesim.studies.estimation.residuals import Counter, EndedEarly
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap
 from apesim.studies.gap.search.candidate_fits import fit_candidates
 from apesim.studies.gap.search.candidates import Candidate, Probe
-from apesim.studies.gap.search.model_selection import MAX_LARGE, MAX_SINGLES, fit_singles
+from apesim.studies.gap.search.model_selection import MAX_SINGLES, MIN_FORESEEN, fit_large, fit_singles
 from apesim.studies.gap.search.refit import probe_large_sizes, refit
 from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores, find_sensitivities
 from apesim.studies.gap.stage_work import Work
@@ -138,19 +138,32 @@ def scored(candidate, deviations):
 
 
 def test_an_effect_without_a_score_is_fitted_where_much_of_it_leaves_little():
-    (found,) = fit_singles(calibrated(), [scored(PLAIN, 0.0)], 40, Work())
+    assert fit_singles(calibrated(), [scored(PLAIN, 0.0)], 40, Work()) == []
+    (found,) = fit_large(calibrated(), [scored(PLAIN, 0.0)], [], 40, Work())
     assert found.names == (PLAIN.name,)
     assert found.model.own(0) == pytest.approx([3.0], abs=0.1)
+    assert fit_large(calibrated(), [scored(PLAIN, 0.0)], [found], 40, Work()) == []
+
+
+def others(number):
+    """Candidates that do nothing."""
+    idle = Parameter("effects.bounce.restitution", 1.0, -5.0, 5.0)
+    return [Candidate(f"other_{each}", (idle,), ()) for each in range(number)]
 
 
 def test_only_the_best_are_fitted_alone():
-    idle = Parameter("effects.bounce.restitution", 1.0, -5.0, 5.0)
-    others = [Candidate(f"other_{number}", (idle,), ()) for number in range(40)]
-    ranked = [scored(candidate, 5.0) for candidate in (*others, PLAIN, BENT)]
+    ranked = [scored(candidate, 5.0) for candidate in (*others(40), PLAIN)]
     found = [choice.names[0] for choice in fit_singles(calibrated(), ranked, 40, Work())]
-    assert len(found) <= MAX_SINGLES + MAX_LARGE
-    assert {other.name for other in others[:MAX_SINGLES]} <= set(found)
-    assert PLAIN.name in found
+    assert sorted(found) == sorted(other.name for other in others(MAX_SINGLES))
+
+
+def test_what_is_foreseen_to_stay_far_behind_the_first_is_not_fitted():
+    base = calibrated()
+    gained = base.cost - fit_singles(base, [scored(PLAIN, 3.0)], 40, Work())[0].model.cost
+    near, far = (np.sqrt(factor * MIN_FORESEEN * gained) for factor in (1.1, 0.9))
+    one, other = others(2)
+    ranked = [scored(PLAIN, 3.0), scored(one, near), scored(other, far)]
+    assert {choice.names for choice in fit_singles(base, ranked, 40, Work())} == {(PLAIN.name,), (one.name,)}
 
 
 class TooFar(Basins):
