@@ -8,6 +8,7 @@ from apesim.engine.machine import Machine
 from apesim.studies.estimation.engine_starts import starts_at
 from apesim.studies.estimation.levenberg_marquardt import ROUGH, Fitted, descend
 from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.noise.discrepancy import state_discrepancy
 from apesim.studies.estimation.noise.estimation import noise_of
 from apesim.studies.estimation.priors import nuisances_of
 from apesim.studies.estimation.residuals import Counter, WhitenedResiduals, unless_ended
@@ -40,6 +41,7 @@ def uncalibrated(
     nuisances = nuisances_of(machine, measured)
     known = WhitenedResiduals(machine, measured.of(FIT) + measured.of(GATE), nuisances)
     noise, warnings = noise_of(known.blocks, known.predicted(np.zeros(len(nuisances))), measured.noise)
+    noise = state_discrepancy(noise, measured.discrepancy)
     return WhitenedResiduals(machine, measured.of(FIT), nuisances, noise, counter=counter), warnings
 
 
@@ -65,6 +67,7 @@ def calibrate(
         predicted = runs.predicted(fitted.x)
         changes = find_changes(runs, fitted.x, predicted)
         noise, warnings = noise_of(runs.blocks, predicted, measured.noise, changes)
+        noise = state_discrepancy(noise, measured.discrepancy)
         runs, checks = runs.with_noise(noise), checks.with_noise(noise)
         scatter = find_scatter(Model((), residuals, fitted), runs, checks, known, stated)
         warnings = [*warnings, *([] if known else warn_of_odd_repeats(scatter))]

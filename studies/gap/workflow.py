@@ -11,7 +11,6 @@ from dataclasses import replace
 from os import PathLike
 
 from apesim.engine.machine import Machine
-from apesim.quantities import Quantity
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.scatter import Scatter, list_odd_repeats
 from apesim.studies.execution.calls import public
@@ -47,12 +46,11 @@ from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.tables.balance import weigh_balances
 from apesim.studies.gap.tables.tabulate import Tables, find_likelier_table, tabulate
 from apesim.studies.gap.thresholds import TOLERANCE
+from apesim.studies.gap.tolerance import read_tolerance
 from apesim.studies.measured import CHECK, GATE, Measured
 from apesim.studies.measured.arguments import Tell, open_measured
 from apesim.studies.measured.plausibility import refuse_faults
 from apesim.studies.run.operating_conditions import JOBS
-
-SIZE = Quantity("", 0, 1000, "a call")
 
 
 @public
@@ -61,7 +59,7 @@ def explain(
     measured: Measured | str | PathLike[str],
     *,
     without: Sequence[str] = (),
-    tolerance: float = TOLERANCE,
+    tolerance: float | str = TOLERANCE,
     jobs: int | None = 1,
     progress: Tell | None = None,
 ) -> Explanation:
@@ -74,8 +72,9 @@ def explain(
         Measured data, see `read_measured`, or their folder.
     without : sequence of str
         Effects of the library, and keys of numbers of the machine file, that are not to be considered.
-    tolerance : float
-        Size of a gap, over the noise, that does not matter.
+    tolerance : float or str
+        Size of a gap, over the noise, that does not matter; or how far the model may be off in the unit of a channel,
+        as ``"0.3 N"`` or ``"0.02 mm, 2 kPa"``: what is named then is right to within that.
     jobs : int, optional
         Processes that share the work; None: as many as it is worth. What is found does not depend on it. With more than
         one, a script has to protect its own code by ``if __name__ == "__main__":``.
@@ -111,11 +110,12 @@ def explain(
         machine,
         measured,
         faults=find_faults(without, machine),
-        tolerance=(tolerance, SIZE),
         jobs=(jobs, JOBS),
     )
+    share, discrepancy = read_tolerance(tolerance, measured, ("explain()", "tolerance"))
+    measured = measured._replace(discrepancy=discrepancy)
     with Team(jobs and int(numbers["jobs"])) as team:
-        explanation = _run_workflow(machine, measured, without, numbers["tolerance"], Work(team, progress))
+        explanation = _run_workflow(machine, measured, without, share, Work(team, progress))
     return replace(explanation, wall_time_s=time.perf_counter() - start)
 
 

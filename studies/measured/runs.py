@@ -152,6 +152,8 @@ class Measured(NamedTuple):
     read: Mapping[str, ReadTable] = {}
     """Table ``[read]`` by file that says all of how the file was read, what was guessed included; it prints as TOML,
     and reads the same numbers where it is put into ``measured.toml``."""
+    discrepancy: Mapping[str, float] = {}
+    """Standard deviations by which a model may be off, SI, by the name of the sensor, where the user states them."""
 
     def __repr__(self) -> str:
         roles = ", ".join(f"{len(runs)} {role}" for role in ROLES if (runs := self.of(role)))

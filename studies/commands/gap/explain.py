@@ -28,7 +28,11 @@ def explain_gap(
     out: Annotated[Path, typer.Option(metavar="OUT", help="Folder for verdict.json, machine.toml and report.html.")],
     without: Without = None,
     tolerance: Annotated[
-        float | None, typer.Option(metavar="SIZE", min=0.0, help="A gap below this share of the noise is none; 0.15.")
+        str | None,
+        typer.Option(
+            metavar="SIZE",
+            help="Size of a gap that does not matter, over the noise (0.15), or in a channel's unit ('0.3 N').",
+        ),
     ] = None,
     jobs: Jobs = None,
     overwrite: Overwrite = False,
@@ -50,6 +54,7 @@ def explain_gap(
     from apesim.studies.execution.output import make_folder
     from apesim.studies.execution.own_thread import call_in_thread
     from apesim.studies.gap.thresholds import TOLERANCE
+    from apesim.studies.gap.tolerance import read_tolerance
     from apesim.studies.gap.workflow import explain
     from apesim.studies.measured.lineage import read_parent
 
@@ -61,6 +66,7 @@ def explain_gap(
     make_folder(out, overwrite)
     compile_march(console, machine, measured)
     threshold = TOLERANCE if tolerance is None else tolerance
+    read_tolerance(threshold, measured, ("command line", "--tolerance"))
 
     # The file that the search begins with is read now: the machine that is found may be written over it.
     parent_text = read_parent(machine, common.machine_file, common.settings)

@@ -28,6 +28,9 @@ FORGOTTEN = 10_000
 """Samples after which noise has forgotten, so that what came before a longer gap says nothing."""
 UNEVEN = 0.01
 """Spread of the sampling intervals over their median, from which they are not one."""
+PIECES, PIECES_ALIKE = 50, 10.0
+"""Pieces of a record over which a model's own error is constant, and over how many of them it stays alike: a fifth of
+the record, as a phase of a stroke or a cycle does."""
 CORRELATIONS = np.linspace(-0.9, 0.97, 188)
 """Correlations of neighbours, among which the most probable is chosen."""
 Group = Sequence[tuple[np.ndarray, np.ndarray]]
@@ -52,6 +55,9 @@ class Noise(NamedTuple):
     """Number of independent samples from which deviation and colour are; inf: they are taken for known."""
     is_stated: bool = False
     """Whether the deviation is known, and the colour the one that samples show then."""
+    discrepancy: float = 0.0
+    """Standard deviation by which the model may be off besides [SI]: half of the variance from sample to sample, half
+    slowly, see `list_slow_columns`."""
 
     @property
     def order(self) -> int:
@@ -282,9 +288,10 @@ class Whitening:
     Sample i becomes the error of its best prediction from the m samples before it, over the standard deviation of that
     error, ``(y_i - sum(w_j y_(i-j), j = 1..m)) / (deviation spread_m)``; m is the order of the noise, or i where fewer
     come before (innovations, Brockwell and Davis 1991, doi 10.1007/978-1-4419-0320-4, chapter 5). Hum adds sines W of
-    random size to the covariance, which becomes ``1 + W W'``; the result is multiplied by ``(1 + W W')^(-1/2)``. Where
-    samples are missing among evenly spaced ones, each is predicted from those that are there; at other uneven times the
-    correlation of neighbours falls exponentially with time, and hum is left as it is.
+    random size to the covariance, which becomes ``1 + W W'``, and so does the slow half of a discrepancy; the result is
+    multiplied by ``(1 + W W')^(-1/2)``. Where samples are missing among evenly spaced ones, each is predicted from
+    those that are there; at other uneven times the correlation of neighbours falls exponentially with time, and hum is
+    left as it is.
 
     >>> red = Noise(2.0, (np.zeros(0), np.array([0.8])), np.array([1.0, 0.6]), "stated")
     >>> Whitening(red, np.arange(3.0)).whiten(np.array([[2.0], [2.8], [1.04]])).ravel().round(6).tolist()
@@ -296,31 +303,51 @@ class Whitening:
         self.is_even = not noise.order or _is_even(times)
         places = None if self.is_even else _find_places(times)
         self.predictions = None if places is None else list(_predict_at(noise, places))
-        self.hum: tuple[np.ndarray, np.ndarray] | None = None
-        if noise.hums and (self.is_even or self.predictions is not None):
-            waves = np.column_stack([sines(frequency, times) * deviation for frequency, deviation in noise.hums])
-            left, sizes, _ = np.linalg.svd(self.whiten(waves), full_matrices=False)
-            self.hum = left, 1.0 / np.sqrt(1.0 + sizes**2) - 1.0
+        self.common: tuple[np.ndarray, np.ndarray] | None = None
+        waves = [np.empty((len(times), 0))]
+        if self.is_even or self.predictions is not None:
+            waves += [sines(frequency, times) * deviation for frequency, deviation in noise.hums]
+        if noise.discrepancy:
+            waves.append(list_slow_columns(len(times), noise.discrepancy * np.sqrt(0.5)))
+        whole = np.column_stack(waves)
+        if whole.size:
+            left, sizes, _ = np.linalg.svd(self._whiten_samples(whole), full_matrices=False)
+            self.common = left, 1.0 / np.sqrt(1.0 + sizes**2) - 1.0
 
     def whiten(self, columns: np.ndarray) -> np.ndarray:
         """Whiten columns, (n, k) [SI], into (n, k) [standard deviations]."""
+        filtered = self._whiten_samples(columns)
+        if self.common is None:
+            return filtered
+        left, shares = self.common
+        return filtered + left @ (shares[:, None] * (left.T @ filtered))
+
+    def _whiten_samples(self, columns: np.ndarray) -> np.ndarray:
+        """Whiten what is not common to many samples, see `whiten`."""
         noise, filtered = self.noise, columns.astype(float)
         if self.is_even:
             for lag, weight in enumerate(noise.predictors[-1], 1):
                 filtered[lag:] -= weight * columns[:-lag]
-            filtered /= noise.spread[-1]
+            filtered /= _find_deviation(noise, noise.predictors[-1], noise.spread[-1] * noise.deviation)
             for i in range(min(noise.order, len(columns))):
-                filtered[i] = (columns[i] - noise.predictors[i] @ columns[:i][::-1]) / noise.spread[i]
-            filtered /= noise.deviation
+                deviation = _find_deviation(noise, noise.predictors[i], noise.spread[i] * noise.deviation)
+                filtered[i] = (columns[i] - noise.predictors[i] @ columns[:i][::-1]) / deviation
         elif self.predictions is not None:
             for i, (first, weights, deviation) in enumerate(self.predictions):
-                filtered[i] = (columns[i] - weights @ columns[first:i]) / deviation
+                filtered[i] = (columns[i] - weights @ columns[first:i]) / _find_deviation(noise, weights, deviation)
         else:
             return _whitened_uneven(noise, filtered, self.times)
-        if self.hum is None:
-            return filtered
-        left, shares = self.hum
-        return filtered + left @ (shares[:, None] * (left.T @ filtered))
+        return filtered
+
+
+def _find_deviation(noise: Noise, weights: np.ndarray, deviation: float) -> float:
+    """Standard deviation of a sample's prediction by some weights [SI], that of a discrepancy's fast half included.
+
+    `deviation` is that of the noise alone. What differs from sample to sample is in each sample that predicts, too.
+    """
+    if not noise.discrepancy:
+        return deviation
+    return float(np.sqrt(deviation**2 + 0.5 * noise.discrepancy**2 * (1.0 + weights @ weights)))
 
 
 def _is_even(times: np.ndarray) -> bool:
@@ -374,8 +401,27 @@ def _whitened_uneven(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np
     """Whiten columns of samples that come at different intervals: the correlation of neighbours fades with time."""
     intervals = np.diff(times)
     correlation = (max(noise.colour, 0.0) ** (intervals / np.median(intervals)))[:, None]
-    innovations = (columns[1:] - correlation * columns[:-1]) / np.sqrt(1.0 - correlation**2)
-    return np.vstack([columns[:1], innovations]) / noise.deviation
+    fast = 0.5 * (noise.discrepancy / noise.deviation) ** 2
+    deviations = np.sqrt(1.0 - correlation**2 + fast * (1.0 + correlation**2))
+    innovations = (columns[1:] - correlation * columns[:-1]) / deviations
+    return np.vstack([columns[:1] / np.sqrt(1.0 + fast), innovations]) / noise.deviation
+
+
+def list_slow_columns(samples: int, size: float) -> np.ndarray:
+    """The columns D, (samples, k), of a slow error of standard deviation `size` [SI]: its covariance is ``D D'``.
+
+    It is constant over each of up to `PIECES` pieces of a record; the correlation of two pieces falls by e over
+    `PIECES_ALIKE` of them.
+
+    >>> columns = list_slow_columns(200, 0.3)
+    >>> covariance = columns @ columns.T
+    >>> covariance[0, [0, 3, 40, 199]].round(3).tolist()
+    [0.09, 0.09, 0.033, 0.001]
+    """
+    pieces = np.arange(min(PIECES, samples))
+    correlation = np.exp(-np.abs(pieces[:, None] - pieces) / PIECES_ALIKE)
+    lengths = [len(part) for part in np.array_split(np.arange(samples), len(pieces))]
+    return size * np.repeat(np.linalg.cholesky(correlation), lengths, axis=0)
 
 
 def sines(frequency: float, times: np.ndarray) -> np.ndarray:

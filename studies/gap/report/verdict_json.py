@@ -19,6 +19,7 @@ from apesim.studies.gap.decide.reliability import describe_inclusion, find_proba
 from apesim.studies.gap.decide.verdict import Decision
 from apesim.studies.gap.reasons import NAMING, ReasonKind, Verdict
 from apesim.studies.gap.report.calibrated_numbers import describe_value
+from apesim.studies.gap.report.discrepancy import describe_discrepancy, describe_left, format_sizes
 from apesim.studies.gap.report.effect_rows import describe_effects, describe_numbers, format_value
 from apesim.studies.gap.report.likely_cause import describe_cause
 from apesim.studies.gap.report.rounding import find_error, round_to_error
@@ -34,6 +35,10 @@ from apesim.studies.gap.tables.tabulate import Tabulated
 if TYPE_CHECKING:
     from apesim.studies.gap.explanation import Explanation
 
+LEAVING = frozenset(
+    {ReasonKind.GAP_LEFT, ReasonKind.GAP_STILL_THERE, ReasonKind.MORE_THAN_NOISE_LEFT, ReasonKind.TABLE_TAKES_MORE}
+)
+"""Reasons of a refusal by what is left, which a model that may be off would not be refused for."""
 ARTICLES = {
     BalanceKind.FORCE: "a force",
     BalanceKind.HEAT: "heat",
@@ -44,6 +49,8 @@ ARTICLES = {
 """Balances with their articles, for a sentence."""
 READINGS = "effects.sensor_offset.", "effects.sensor_gain."
 """Beginnings of the keys for what an instrument reads too much."""
+CORRECTED = "key", "value", "unit", "interval_95"
+"""What ``calibration`` has of each number that is wrong."""
 MAX_LISTED = 4
 """Explanations that a sentence lists: ``alternatives`` has all."""
 
@@ -68,6 +75,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     named = decision.verdict in NAMING
     effects = describe_effects(decision.best.model) if decision.best else []
     numbers = describe_numbers(decision.best.model) if decision.best else []
+    corrected = effects if decision.verdict == Verdict.CALIBRATION else numbers
     if decision.verdict == Verdict.MEASUREMENT:  # of the rig the other files speak
         effects, numbers = [row for row in effects if row["file"]], []
 
@@ -82,7 +90,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     ]
     return {
         "verdict": str(decision.verdict),
-        "sentence": write_sentence(explanation),
+        "sentence": write_sentence(explanation) + write_discrepancy(explanation),
         "reason": str(decision.reason),
         "effects": effects if named else [],
         "numbers": numbers,
@@ -120,6 +128,9 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "scatter": describe_scatter(explanation.calibrated.residuals),
         "own_error": explanation.solver_error,
         "tolerance": explanation.tolerance,
+        "discrepancy": describe_discrepancy(explanation.calibrated),
+        "left": describe_left(decision.best.model) if decision.best else {},
+        "calibration": [{name: row[name] for name in CORRECTED} for row in corrected],
         "simulations": explanation.simulations,
         "warnings": explanation.warnings,
     }
@@ -282,6 +293,17 @@ def describe_held_out(judged: HeldOut | None) -> dict[str, float] | None:
         "size_before": judged.size_before,
         "size_after": judged.size_after,
     }
+
+
+def write_discrepancy(explanation: "Explanation") -> str:
+    """A sentence on how far the model may be off, or has to be so that what comes nearest would do; "" for neither."""
+    decision = explanation.decision
+    if stated := describe_discrepancy(explanation.calibrated):
+        return f" The model is taken to be good to {format_sizes(stated)}."
+    if decision.verdict == Verdict.REFUSED and decision.best and decision.reason.kind in LEAVING:
+        left, nearest = format_sizes(describe_left(decision.best.model)), _list_choices([decision.best]).capitalize()
+        return f' {nearest} comes nearest. If a model that is off by {left} will do, say --tolerance "{left}".'
+    return ""
 
 
 def write_sentence(explanation: "Explanation") -> str:

@@ -9,6 +9,7 @@ from apesim.engine.machine import Machine
 from apesim.studies.estimation.calibration import calibrate, elsewhere
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.noise.discrepancy import list_discrepancies, state_discrepancy
 from apesim.studies.estimation.noise.estimation import (
     from_what_nothing_explains,
     hum_of_what_nothing_explains,
@@ -105,7 +106,7 @@ def score_candidates(
         )
     if noise is None:
         return calibrated, sensitivities, of_faults
-    residuals = residuals.with_noise(noise)
+    residuals = residuals.with_noise(state_discrepancy(noise, list_discrepancies(residuals.noise)))
     calibrated = Model((), residuals, descend(residuals, x, steps=calibrated.fitted.steps))
     return (
         calibrated,

@@ -91,7 +91,7 @@ def linearise_best(model: Model, sensitivities: Sequence[Sensitivity]) -> Linear
     """
     jacobian, errors = model.fitted.jacobian, model.fitted.residuals
     space = find_nuisance_space(jacobian[:, : len(model.fitted.x) - model.added])
-    columns = []
+    columns: list[Column] = []
     for number in range(len(model.candidates)):
         change = jacobian[:, model.places(number)] @ model.own(number)
         errors = errors - change

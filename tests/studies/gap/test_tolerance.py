@@ -1,0 +1,90 @@
+"""A tolerance in the unit of a channel: how far the model may be off, so that one that is not exact can be named."""
+
+import json
+
+import numpy as np
+import pytest
+
+from apesim import InputError, Machine
+from apesim.studies.estimation.noise.process import Whitening, list_slow_columns, white
+from apesim.studies.gap.example_bench import list_left_out, read_example
+from apesim.studies.gap.report.discrepancy import describe_discrepancy, describe_left
+from apesim.studies.gap.report.effect_rows import describe_effects
+from apesim.studies.gap.tolerance import read_tolerance
+from apesim.studies.gap.workflow import explain
+from apesim.studies.measured.prediction import predict, run_of, with_value
+
+PLACE = ("explain()", "tolerance")
+
+
+@pytest.mark.parametrize(("raw", "read"), [(0.3, (0.3, {})), ("0.3", (0.3, {})), ("0.02 mm", (0.15, {"lift": 2e-5}))])
+def test_a_number_is_over_the_noise_and_a_size_with_a_unit_is_of_its_channel(raw, read):
+    share, sizes = read_tolerance(raw, read_example(), PLACE)
+    assert share == read[0]
+    assert sizes == pytest.approx(read[1])
+
+
+@pytest.mark.parametrize("raw", ["2 kPa", "0.02 mm, 2 kPa", "-1", "much", "-0.02 mm"])
+def test_what_is_of_no_channel_is_refused_with_what_there_is(raw):
+    with pytest.raises(InputError, match="tolerance") as refused:
+        read_tolerance(raw, read_example(), PLACE)
+    if raw != "-1":
+        assert "lift [mm]" in str(refused.value)
+
+
+@pytest.mark.parametrize("times", [np.arange(400) * 1e-3, np.sort(np.random.default_rng(2).uniform(0.0, 0.4, 400))])
+def test_white_noise_with_such_an_error_is_white_once_it_is_whitened(times):
+    rng, size, draws = np.random.default_rng(1), 5e-5, 2000
+    noise = white(3e-5, "stated")._replace(discrepancy=size)
+    slow = list_slow_columns(len(times), size * np.sqrt(0.5))
+    seen = rng.normal(0.0, 3e-5, (len(times), draws)) + rng.normal(0.0, size * np.sqrt(0.5), (len(times), draws))
+    seen += slow @ rng.standard_normal((slow.shape[1], draws))
+    whitened = Whitening(noise, times).whiten(seen)
+    covariance = whitened @ whitened.T / draws
+    assert np.diag(covariance).mean() == pytest.approx(1.0, abs=0.02)
+    assert abs(covariance[0, 1:].mean()) < 0.01
+    plain = Whitening(white(3e-5, "stated"), times).whiten(seen)
+    assert (plain**2).mean() > 3.0
+
+
+def bent(size):
+    """The example's bench, each lift off by a slow wave besides."""
+    measured = read_example()
+    pushed = with_value(Machine(), "effects.side_force.force", 3.0)
+    rng, runs = np.random.default_rng(3), []
+    for number, run in enumerate(measured.runs):
+        wave = size * np.sin(2.0 * np.pi * (3.0 + number) * run.times / run.times[-1] + number)
+        lift = predict(run_of(pushed, run), run).channels["lift"] + wave + rng.normal(0.0, 3e-5, len(run.times))
+        runs.append(run._replace(channels={"lift": lift}))
+    return measured._replace(runs=tuple(runs))
+
+
+def test_an_effect_is_named_within_what_the_model_may_be_off():
+    measured, without = bent(4e-5), list_left_out()
+    assert explain(Machine(), measured, without=without).verdict == "REFUSED"
+    found = explain(Machine(), measured, without=without, tolerance="0.04 mm")
+    assert (found.verdict, found.decision.best.names) == ("NAMED", ("side_force",))
+    [row] = describe_effects(found.best)
+    low, high = row["interval_95"]
+    assert low < 3.0 < high
+    assert describe_discrepancy(found.best) == {"lift": {"value": pytest.approx(0.04), "unit": "mm"}}
+    assert describe_left(found.best)["lift"]["value"] == pytest.approx(0.04 / np.sqrt(2.0), rel=0.3)
+
+
+def test_what_is_smaller_than_the_model_may_be_off_is_not_named():
+    found = explain(Machine(), read_example(), without=list_left_out(), tolerance="1 mm")
+    assert found.verdict == "NO_GAP"
+
+
+def test_the_command_takes_both_kinds_and_names_what_is_wrong(apesim, tmp_path):
+    from tests.gap_bench import write_bench
+
+    folder = write_bench(tmp_path)
+    code, _, err = apesim("gap", "explain", str(folder), "--out", "report", "--tolerance", "3 kPa")
+    assert code == 2
+    assert "--tolerance" in err
+    assert "lift [mm]" in err
+    options = [f"--without={name}" for name in list_left_out()]
+    code, *_ = apesim("gap", "explain", str(folder), "--out", "report", "--tolerance", "0.02 mm", *options)
+    assert code == 0
+    assert json.loads((tmp_path / "report" / "verdict.json").read_text())["discrepancy"]["lift"]["unit"] == "mm"
