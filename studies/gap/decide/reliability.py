@@ -4,7 +4,7 @@ A weight of models says how far the data speak for an effect, if the truth is am
 was taken for. Neither is ever quite so. What is stated is therefore the share of such statements that were right on
 sealed cases of an independent simulator: a logistic regression on what is known when the statement is made. Its
 coefficients are read from ``reliability.json``, which `python -m tests.truth calibrate` writes; a kind of statement
-that has too few cases there has no probability.
+that has too few cases there, or data of another kind than theirs, has no probability.
 """
 
 import json
@@ -16,8 +16,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from apesim.studies.estimation.noise.discrepancy import list_discrepancies
 from apesim.studies.gap.decide.inclusion import MIN_LISTED, Inclusion, find_inclusions
 from apesim.studies.gap.reasons import Verdict
+from apesim.studies.measured import CYLINDER
 
 if TYPE_CHECKING:
     from apesim.studies.gap.explanation import Explanation
@@ -69,6 +71,8 @@ class Statement(NamedTuple):
     """Decimal logarithm of one over the chance of noise alone to leave as much as the best model does."""
     pull: float
     """Largest pull of a calibrated number of the machine [standard deviations of its prior]."""
+    is_counted: bool = True
+    """Whether sealed cases tell of such data: those of a valve or an engine, by a model that is taken to be exact."""
 
     @property
     def features(self) -> tuple[float, float, float]:
@@ -84,7 +88,8 @@ def list_statements(explanation: "Explanation") -> list[Statement]:
     inclusions = find_inclusions(explanation.calibrated, explanation.ranked)
     pulls = np.abs(explanation.best.fitted.x[explanation.best.residuals.known])
     shortfall = -log10(max(explanation.left_p_value, MIN_CHANCE))
-    known = {"shortfall": shortfall, "pull": float(pulls.max(initial=0.0))}
+    is_counted = explanation.measured.bench != CYLINDER and not list_discrepancies(explanation.noise)
+    known: dict[str, Any] = {"shortfall": shortfall, "pull": float(pulls.max(initial=0.0)), "is_counted": is_counted}
     statements = [
         Statement(StatementKind.EFFECT, each.names, asinh(each.log_odds), **known)
         for each in inclusions
@@ -116,7 +121,7 @@ def find_probability(statement: Statement) -> float | None:
     Advances in Large Margin Classifiers, MIT Press, pp. 61-74). None: no sealed cases tell of such statements.
     """
     coefficients = load_reliability()["kinds"].get(statement.kind, {}).get("coefficients")
-    if coefficients is None:
+    if coefficients is None or not statement.is_counted:
         return None
     first, *others = coefficients
     score = first + sum(each * value for each, value in zip(others, statement.features, strict=True))

@@ -5,11 +5,13 @@ from math import asinh, exp
 
 import pytest
 
+from apesim.studies.estimation.noise.discrepancy import state_discrepancy
 from apesim.studies.gap.decide import reliability
 from apesim.studies.gap.decide.reliability import StatementKind, find_probability, list_statements
 from apesim.studies.gap.example_bench import explain_example
 from apesim.studies.gap.reasons import Verdict
 from apesim.studies.gap.report.verdict_json import describe
+from apesim.studies.measured import CYLINDER
 
 
 @pytest.fixture
@@ -55,6 +57,16 @@ def test_a_tie_claims_nothing_but_of_its_effects(counted):
 @pytest.mark.parametrize("verdict", [Verdict.REFUSED, Verdict.NO_GAP, Verdict.CALIBRATION, Verdict.MEASUREMENT])
 def test_what_no_sealed_case_tells_of_has_no_probability(counted, verdict):
     assert find_probability(list_statements(said(verdict))[0]) is None
+
+
+def test_data_of_another_kind_than_the_sealed_cases_have_no_probability(counted):
+    explanation = explain_example()
+    on_rig = replace(explanation, measured=explanation.measured._replace(bench=CYLINDER))
+    assert [find_probability(each) for each in list_statements(on_rig)] == [None, None]
+    noise = state_discrepancy(explanation.noise, {"lift": 2e-5})
+    calibrated = explanation.calibrated
+    off = replace(explanation, calibrated=calibrated._replace(residuals=calibrated.residuals.with_noise(noise)))
+    assert [find_probability(each) for each in list_statements(off)] == [None, None]
 
 
 def test_a_refusal_denies_the_surest_effect():
