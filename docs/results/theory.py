@@ -37,6 +37,7 @@ def compute():
         ["what is left of the fitted runs: chance of noise alone", f"{t.ALARM:g} or more"],
         ["log odds of each of several effects, with its twins", f"{t.MIN_LOG_ODDS:g} or more"],
         ["odds of each of several effects against its twins", f"{t.MIN_TWIN_ODDS:g} or more"],
+        ["odds of what is sure of an ambiguous gap, with its twins", f"{t.MIN_SURE_ODDS:g} or more"],
         ["a table without a name refuses a name", f"at {t.TABLE_MARGIN:.2g} of penalised cost ahead of it"],
     ]
     return {

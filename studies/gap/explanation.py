@@ -53,6 +53,8 @@ class Explanation:
         The verdict in words.
     effects : list of dict
         What is missing: ``name``, ``parameter``, ``value``, ``unit``, ``interval_95`` and more.
+    sure : list of dict
+        What is missing though the gap is ambiguous, as all explanations that are left contain it.
     probability : float or None
         How often such a verdict was right on sealed cases; None where these do not tell.
     inclusion : dict
@@ -183,6 +185,15 @@ class Explanation:
     def effects(self) -> list[dict[str, Any]]:
         """What is missing, with values and 95 % intervals; [] where nothing is named."""
         return self._described["effects"]
+
+    @property
+    def sure(self) -> list[dict[str, Any]]:
+        """What is missing, or is wrong, whatever else explains an ambiguous gap; [] where nothing is sure.
+
+        Rows as `effects` has them, with the values of the best explanation; ``class`` names what the data do not
+        distinguish from it.
+        """
+        return self._described["sure"]
 
     @property
     def probability(self) -> float | None:

@@ -36,6 +36,10 @@ DOUBTFUL = 0.25
 MIN_LOG_ODDS = 10.0
 """Log odds of each effect of a set, over all models, from which the set is named: odds of 22 000, so
 that noise that is far from what it is taken for names none. Chosen; no sealed case has been counted for it yet."""
+MIN_SURE_ODDS = 99.0
+"""Odds of an effect, over all models, from which it is said to be missing where it stays open what is with it: as for
+each model without it alone, see `AMBIGUOUS_COST`, the data are a hundred times as probable with it as by all others
+together. Below `MIN_LOG_ODDS`, as it is asked beside that every explanation that is left has the effect."""
 MIN_TWIN_ODDS = 4.0
 """Odds of an effect of a set against what these data do not distinguish from it, from which the set is named."""
 TABLE_MARGIN = 2.0 * log(10.0)

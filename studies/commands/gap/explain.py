@@ -104,7 +104,7 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
     from apesim.studies.gap.report.calibrated_numbers import format_after, format_before
     from apesim.studies.gap.report.chances import list_chances
     from apesim.studies.gap.report.html import format_pull, write_as_sentence
-    from apesim.studies.gap.report.likely_cause import describe_change
+    from apesim.studies.gap.report.likely_cause import describe_change, write_hint
     from apesim.studies.gap.report.rounding import format_sigmas
     from apesim.studies.gap.report.run_scatter import write_scatter
     from apesim.studies.gap.search.detection_limits import format_limit
@@ -115,7 +115,8 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
     # Where no effect is named, the most likely cause is told; as a hint with the reason, unless a record is to blame.
     if cause:
         yield f"{data['verdict']}: {data['sentence']}"
-        hint = " This is a hint, not a finding." if cause["why_not"] else ""
+        yield from (f"Sure, whatever is with it: {_write_row(row)}" for row in data["sure"])
+        hint = f" {write_hint(data)}" if cause["why_not"] else ""
         yield f"Most likely cause: {write_as_sentence(cause['text'])} {describe_change(cause)}{hint}"
         if cause["why_not"]:
             yield f"Not named, because: {write_as_sentence(cause['why_not'])}"
@@ -139,3 +140,13 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
         limits = data["detection_limits"]
         cells = [[r["effect"], format_sigmas(r["deviations"]), format_limit(limits.get(r["effect"]))] for r in rows]
         yield table_of("", ("effect", "score [sigmas]", "visible from (5 sigmas)"), cells, left=(0,))
+
+
+def _write_row(row: dict[str, Any]) -> str:
+    """A parameter with its value, its interval and what may stand in its place, in words."""
+    from apesim.studies.gap.report.effect_rows import format_interval, format_value
+    from apesim.studies.gap.report.words import format_key
+
+    others = "".join(f", or {format_key(name)} in its place" for name in row["class"])
+    value = f"{format_key(row['key'])} {format_value(row)}".rstrip()
+    return f"{value}, {format_interval(row)}{others}"

@@ -140,6 +140,11 @@ class Facts:
         return refused or find_implausible(self.best.model)
 
     @cached_property
+    def is_held(self) -> bool:
+        """Whether the best choice holds on runs held out, with plausible numbers, and leaves noise alone."""
+        return self.judged is not None and not self.refusal and not self.is_more_left
+
+    @cached_property
     def is_single(self) -> bool:
         """Whether the best choice is one effect."""
         return len(self.effects) == 1

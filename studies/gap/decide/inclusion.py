@@ -6,14 +6,16 @@ those of all others, the calibrated machine among these. Effects that do the sam
 """
 
 from collections.abc import Iterable, Sequence
+from math import log
 from typing import NamedTuple
 
 import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.search.model_selection import PricedModel
+from apesim.studies.gap.search.run_faults import find_files
 from apesim.studies.gap.search.score_test import find_cosine
-from apesim.studies.gap.thresholds import ALIKE, AMBIGUOUS_COST
+from apesim.studies.gap.thresholds import ALIKE, AMBIGUOUS_COST, MIN_SURE_ODDS
 
 MAX_LOG_ODDS = 700.0
 """Odds beyond which a number of 64 bits says zero or infinity."""
@@ -45,6 +47,25 @@ def find_inclusions(base: Model, choices: Sequence[PricedModel]) -> list[Inclusi
         if not any(name in group for group in groups):
             groups.append((name, *twins.get(name, ())))
     return [Inclusion(group, find_log_odds(base, choices, group)) for group in groups]
+
+
+def find_sure(
+    base: Model, choices: Sequence[PricedModel], explanations: Sequence[PricedModel]
+) -> tuple[tuple[str, ...], ...]:
+    """Find what is sure though several explanations are open: each effect with its twins behind it, the best's first.
+
+    All of `explanations`, which are the best choice and its rivals, have to contain it or a twin, and over all models
+    its odds have to be `MIN_SURE_ODDS`. A fault of a file is never sure in this way. `base` and `choices` are those of
+    `find_inclusions`.
+    """
+    files = {each.name for choice in choices for each in choice.model.candidates if find_files([each])}
+    return tuple(
+        each.names
+        for each in find_inclusions(base, choices)
+        if each.log_odds >= log(MIN_SURE_ODDS)
+        and not files & set(each.names)
+        and all(set(each.names) & set(explanation.names) for explanation in explanations)
+    )
 
 
 def find_log_odds(base: Model, choices: Sequence[PricedModel], names: Sequence[str]) -> float:

@@ -12,7 +12,8 @@ Numbers of the machine file that count as exact are tried beside the effects: wh
 is missing, and the verdict is CALIBRATION, too.
 
 Where both hold, a name has to be worth its penalty, has to be distinguishable from every other explanation, and has to
-close the gap on runs that it was not fitted to. What fails in this is refused or ambiguous.
+close the gap on runs that it was not fitted to. What fails in this is refused or ambiguous. Of an ambiguous gap it is
+still said what all explanations share, where the data are sure of that.
 """
 
 from collections.abc import Callable
@@ -20,6 +21,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from apesim.studies.gap.decide.facts import Facts
+from apesim.studies.gap.decide.inclusion import find_sure
 from apesim.studies.gap.reasons import Reason, ReasonKind, Verdict
 from apesim.studies.gap.search.model_selection import PricedModel
 
@@ -35,6 +37,8 @@ class Decision(NamedTuple):
     """Explanations that these data do not distinguish from `best`, the one of least penalised cost first, without
     `best` itself."""
     reason: Reason
+    sure: tuple[tuple[str, ...], ...] = ()
+    """Effects that are sure though the gap is ambiguous, each with what the data do not distinguish from it."""
 
 
 Explained = tuple[PricedModel | None, tuple[PricedModel, ...]]
@@ -204,4 +208,8 @@ def decide(facts: Facts) -> Decision:
     """
     row = find_row(facts)
     reason = row.reason.with_facts() if isinstance(row.reason, ReasonKind) else row.reason(facts)
-    return Decision(row.verdict, *row.names(facts), reason)
+    best, rivals = row.names(facts)
+    sure: tuple[tuple[str, ...], ...] = ()
+    if row.verdict == Verdict.AMBIGUOUS and best and facts.is_held:
+        sure = find_sure(facts.base, facts.choices or (), (best, *rivals))
+    return Decision(row.verdict, best, rivals, reason, sure)

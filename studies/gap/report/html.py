@@ -16,7 +16,7 @@ from apesim.studies.gap.report.chances import list_chances
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms
 from apesim.studies.gap.report.effect_rows import format_interval, format_value
 from apesim.studies.gap.report.extended_machine import is_explained
-from apesim.studies.gap.report.likely_cause import describe_change
+from apesim.studies.gap.report.likely_cause import describe_change, write_hint
 from apesim.studies.gap.report.rounding import format_chance, format_sigmas, format_size, round_to_error
 from apesim.studies.gap.report.run_scatter import write_scatter
 from apesim.studies.gap.report.words import format_key, format_name
@@ -120,6 +120,7 @@ def render_page(
         "pull": format_pull,
         "sentence": write_as_sentence,
         "change": describe_change,
+        "hint": write_hint,
         "chance": lambda p_value: format_chance(p_value, DRAWS),
         "words": format_name,
         "unit": format_unit,

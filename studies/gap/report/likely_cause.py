@@ -1,5 +1,6 @@
 """The most likely cause of a gap that is not named, and why it is not."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -61,6 +62,11 @@ def _find_size(model: Model) -> float:
     """Root mean square of what a model leaves on the fitted runs, over the noise."""
     left = model.fitted.data_residuals
     return float(np.sqrt(left @ left / len(left)))
+
+
+def write_hint(data: Mapping[str, Any]) -> str:
+    """Write how far to trust the most likely cause that is not named; `data` is the content of ``verdict.json``."""
+    return f"{'But for what is sure, this' if data['sure'] else 'This'} is a hint, not a finding."
 
 
 def describe_change(cause: dict[str, Any]) -> str:

@@ -53,6 +53,8 @@ CORRECTED = "key", "value", "unit", "interval_95"
 """What ``calibration`` has of each number that is wrong."""
 MAX_LISTED = 4
 """Explanations that a sentence lists: ``alternatives`` has all."""
+NOTHING_ELSE = ("nothing else",)
+"""What an explanation has beside what is sure, where that is all of it."""
 
 
 def _best(decision: Decision) -> PricedModel:
@@ -93,6 +95,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "sentence": write_sentence(explanation) + write_discrepancy(explanation),
         "reason": str(decision.reason),
         "effects": effects if named else [],
+        "sure": describe_sure(decision),
         "numbers": numbers,
         "files": find_files(decision.best.model.candidates) if decision.best and named else [],
         "rest": describe_rest(explanation.rest) if explanation.rest else None,
@@ -136,6 +139,19 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     }
 
 
+def describe_sure(decision: Decision) -> list[dict[str, Any]]:
+    """What is missing, or a number that is wrong, whatever explains the rest of an ambiguous gap; [] where nothing is.
+
+    Rows as `describe_effects` has them, with the values of the best explanation; ``class`` is what the data do not
+    distinguish from it.
+    """
+    if not decision.sure:
+        return []
+    twins, model = {name: list(others) for name, *others in decision.sure}, _best(decision).model
+    rows = (*describe_effects(model), *describe_numbers(model))
+    return [row | {"class": twins[row["name"]]} for row in rows if row["name"] in twins]
+
+
 def list_class(decision: Decision) -> list[str]:
     """What is named, and all that these data do not distinguish from it, each once; errors of the record last.
 
@@ -174,7 +190,7 @@ def describe_rest(rest: "Explanation") -> dict[str, Any]:
     """The verdict on the files that are left, where the record of one is wrong."""
     described = describe(rest)
     shared = ["verdict", "sentence", "reason", "effects", "numbers", "nearest", "class", "alternatives", "gap", "files"]
-    shared += ["rest", "probability", "inclusion", "statements", "models"]
+    shared += ["sure", "rest", "probability", "inclusion", "statements", "models"]
     return {name: described[name] for name in shared}
 
 
@@ -324,6 +340,8 @@ def write_sentence(explanation: "Explanation") -> str:
         return f"There is a gap, and {answer}."
     if decision.reason.kind is ReasonKind.ODD_REPEAT:
         return f"The model explains the data if their records are right, but {decision.reason}."
+    if decision.verdict == Verdict.AMBIGUOUS and decision.sure:
+        return _write_sure(decision)
     if decision.verdict == Verdict.AMBIGUOUS:
         return f"There is a gap, and these data do not show what closes it: {_list_alternatives(decision)}."
 
@@ -346,7 +364,7 @@ def write_sentence(explanation: "Explanation") -> str:
         return f"The record of one file is wrong ({wrong}).{rest}"
 
     # What the sensors add is a fault of the record, and no lack of the model.
-    sensed = SENSED | {p.key.split(".")[1] for p in best.residuals.parameters if p.is_sensed}
+    sensed = _list_sensed(best)
     lacks = " and ".join(text for name, text in texts.items() if name not in sensed)
     recorded = " and ".join(text for name, text in texts.items() if name in sensed)
     if decision.verdict == Verdict.NAMED_CLASS:
@@ -361,6 +379,54 @@ def write_sentence(explanation: "Explanation") -> str:
         return f"The model lacks {lacks}, and the record has {recorded}.{wrong}"
     number = {Verdict.TWO_EFFECTS: "two effects: ", Verdict.SEVERAL: "several effects: "}.get(decision.verdict, "")
     return f"The model lacks {number}{lacks}.{_write_misstated(rows)}{wrong}"
+
+
+def _list_sensed(model: Model) -> set[str]:
+    """Names of the effects that the sensors alone know."""
+    return SENSED | {p.key.split(".")[1] for p in model.residuals.parameters if p.is_sensed}
+
+
+def _write_sure(decision: Decision) -> str:
+    """What is sure of an ambiguous gap, and what may be with it, in sentences."""
+    model, rows = _best(decision).model, describe_sure(decision)
+    texts, sensed = _format_effects(rows), _list_sensed(model)
+
+    # What is sure, by its kind: effects of the machine, what the sensors add, and numbers of the machine file.
+    groups = sorted(decision.sure, key=len)  # a class comes last, as its "or" would take in what stands behind it
+    said = {name: _write_either(texts.get(name, _format_part(name)), twins) for name, *twins in groups}
+    numbers = {each.name for each in model.candidates if each.is_file_number}
+    wrong, effects = [said[name] for name in said if name in numbers], [name for name in said if name not in numbers]
+    lacks = " and ".join(said[name] for name in effects if name not in sensed)
+    recorded = " and ".join(said[name] for name in effects if name in sensed)
+    parts = ["the model lacks " + lacks] * bool(lacks) + ["the record has " + recorded] * bool(recorded)
+    sentences = [f"{_capitalise(' and '.join(parts))}.{_write_misstated(rows)}"] if parts else []
+    if wrong:
+        number = "a number is wrong" if len(wrong) == 1 else f"{len(wrong)} numbers are wrong"
+        opening = f"Besides, {number}" if parts else _capitalise(number)
+        sentences.append(f"{opening}: {' and '.join(wrong)}.")
+
+    # What each explanation has beside it. Where all have the same, it is the one that is in doubt.
+    shared = {name for group in decision.sure for name in group}
+    choices = [tuple(n for n in choice.names if n not in shared) for choice in (_best(decision), *decision.rivals)]
+    rests = list({frozenset(names): names or NOTHING_ELSE for names in choices}.values())
+    if len(rests) > 1:
+        it = "it" if len(said) == 1 else "them"
+        sentences.append(f"With {it} {_list_names(rests)}, which these data do not distinguish.")
+    elif rests == [NOTHING_ELSE]:
+        sentences.append(f"The verdict stays open, as {decision.reason}.")
+    else:
+        sentences.append(f"What else there is, is less sure: {_list_names(rests)}.")
+    return " ".join(sentences)
+
+
+def _write_either(text: str, twins: Sequence[str]) -> str:
+    """An effect in words, and behind it what the data do not distinguish from it."""
+    return f"either {text} or {' or '.join(map(_format_part, twins))}" if twins else text
+
+
+def _capitalise(text: str) -> str:
+    """A text with a capital at its beginning, all else as it is."""
+    return text[0].upper() + text[1:]
 
 
 def _write_misstated(rows: list[dict[str, Any]]) -> str:
@@ -418,7 +484,12 @@ def _list_alternatives(decision: Decision) -> str:
 
 def _list_choices(choices: Sequence[PricedModel]) -> str:
     """Explanations in words; of many the first, and how many others there are."""
-    listed = [" with ".join(map(_format_part, choice.names)) for choice in choices[:MAX_LISTED]]
+    return _list_names([choice.names for choice in choices])
+
+
+def _list_names(choices: Sequence[Sequence[str]]) -> str:
+    """Explanations, each by the names of its parts, in words; of many the first, and how many others there are."""
+    listed = [" with ".join(map(_format_part, names)) for names in choices[:MAX_LISTED]]
     if len(choices) > MAX_LISTED:
         listed.append(f"one of {len(choices) - MAX_LISTED} others")
     return ", or ".join(listed)

@@ -3,6 +3,7 @@
 import copy
 import json
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -66,6 +67,19 @@ def test_what_is_written_is_what_is_said(explanation, tmp_path):
     assert (tmp_path / "out/sensors.toml").exists() == bool(explanation.effects)
     with pytest.raises(ArchiveError, match="not empty"):
         explanation.write(tmp_path / "out")
+
+
+def test_what_is_sure_of_an_ambiguous_gap_is_reported_and_not_added_to_the_machine(explanation, tmp_path):
+    assert explanation.to_dict()["sure"] == explanation.sure == []
+    names = explanation.decision.best.names
+    open_yet = explanation.decision._replace(verdict=Verdict.AMBIGUOUS, sure=tuple((name,) for name in names))
+    found = replace(explanation, decision=open_yet)
+    assert {row["name"] for row in found.sure} == set(names)
+    assert all(row["interval_95"] for row in found.sure)
+    written = found.write(tmp_path / "open")
+    assert (written["sure"], written["effects"]) == (found.sure, [])
+    assert Machine.load(tmp_path / "open/machine.toml").to_toml() == Machine().to_toml()
+    assert "sure, whatever is with it" in (tmp_path / "open/report.html").read_text()
 
 
 def test_what_is_left_is_drawn_before_and_after_on_a_run_that_was_never_fitted(explanation):

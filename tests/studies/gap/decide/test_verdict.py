@@ -416,6 +416,53 @@ def test_a_gap_too_small_to_matter_in_all_runs_may_be_a_fault_of_the_one_that_is
     assert verdict_of(SLIP, size=0.1) == "NO_GAP"
 
 
+SHARED, PART, OTHER_PART = (np.sin(k * np.arange(N)) for k in (2.0, 3.0, 4.0))
+"""What an effect takes of the gap that all explanations have, and what each of two others takes beside it."""
+WITH_B, WITH_C = (choice(cost, "a", n, gap=SHARED + p) for cost, n, p in ((100.0, "b", PART), (103.0, "c", OTHER_PART)))
+ALONE = choice(250.0, "a", gap=SHARED)
+SURE = [
+    ("shared by all", {}, [WITH_B, WITH_C, ALONE], (("a",),)),
+    ("beside one in doubt", {}, [WITH_B, ALONE._replace(cost=103.0)], (("a",),)),
+    (
+        "a rival of little weight has others",
+        {},
+        [WITH_B, *(WITH_C._replace(cost=100.0 + k) for k in range(4)), choice(109.0, "c", "d", gap=OTHER_PART), ALONE],
+        (),
+    ),
+    ("one model far off has another", {}, [WITH_B, WITH_C, ALONE, choice(110.0, "d", gap=OTHER)], (("a",),)),
+    (
+        "many models far off have others",
+        {},
+        [WITH_B, WITH_C, ALONE, *(choice(110.0, n, gap=OTHER) for n in "defgh")],
+        (),
+    ),
+    ("a twin in a rival", {}, [WITH_B, choice(101.0, "a_too", "b", gap=SHARED + PART), WITH_C], (("a", "a_too"),)),
+    (
+        "a fault of a file in its place",
+        {},
+        [
+            choice(100.0, "a", "b", gap=SHARED + PART),
+            choice(103.0, "slip", "b", gap=SHARED + PART, files=FAULTS),
+            choice(250.0, "b", gap=PART),
+        ],
+        (("b",),),
+    ),
+    ("nothing held out", {"judged": None}, [WITH_B, WITH_C, ALONE], ()),
+]
+"""What a search has found of an ambiguous gap, and which effects are sure all the same."""
+
+
+@pytest.mark.parametrize(("more", "choices", "sure"), [case[1:] for case in SURE], ids=[name for name, *_ in SURE])
+def test_of_an_ambiguous_gap_that_is_sure_which_all_explanations_and_nearly_all_of_the_weight_have(more, choices, sure):
+    found = decision_of(*choices, **more)
+    assert (found.verdict, found.sure) == ("AMBIGUOUS", sure)
+
+
+def test_what_is_named_or_refused_has_nothing_sure_besides():
+    named, refused = decision_of(WITH_B, ALONE), decision_of(WITH_B, WITH_C, judged=FAILED)
+    assert [(each.verdict, each.sure) for each in (named, refused)] == [("TWO_EFFECTS", ()), ("REFUSED", ())]
+
+
 def test_three_that_hold_are_several():
     three, two, one = choice(60.0, "a", "b", "c", gap=SHAPE), choice(120.0, "a", "b"), choice(200.0, "a", gap=SHAPE)
     assert verdict_of(three, two, one) == "SEVERAL"

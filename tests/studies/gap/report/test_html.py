@@ -170,6 +170,7 @@ def page_of(**more):
         "scatter": [],
         "p_value": 0.001,
         "effects": [],
+        "sure": [],
         "numbers": [],
         "alternatives": [],
         "nearest": [],
@@ -213,6 +214,26 @@ def test_a_page_says_how_often_such_statements_were_right_or_that_nothing_tells(
 def test_the_terminal_says_the_same():
     shown = list(explain._shown(explain_example().to_dict() | CHANCES))
     assert set(SENTENCES) < {each for each in shown if isinstance(each, str)}
+
+
+def test_what_is_sure_of_an_ambiguous_gap_stands_on_page_and_terminal_with_its_interval():
+    row = {"name": "side_force", "parameter": "force", "key": "effects.side_force.force", "class": ["bounce"]}
+    row |= {"value": 3.1, "unit": "N", "interval_95": [2.54, 3.75], "open_ends": []}
+    page = page_of(verdict="AMBIGUOUS", sure=[row])
+    shown = [each for each in explain._shown(explain_example().to_dict() | named_cause(row)) if isinstance(each, str)]
+    # Neither calls the whole of it a mere hint, or no claim.
+    assert "it claims nothing" not in page
+    assert all("But for what is sure" in said for said in (page, " ".join(shown)))
+    assert "But for what is sure" not in page_of(verdict="AMBIGUOUS")
+    for said in (visible(page), *(each for each in shown if each.startswith("Sure"))):
+        assert all(text in said for text in ("3.1 N", "side force, force", "2.5 to 3.8 N", "bounce"))
+    assert sum(each.startswith("Sure") for each in shown) == 1
+
+
+def named_cause(row):
+    """What a verdict holds that has one effect for sure."""
+    cause = {"text": "side force with bounce", "before": 3.1, "after": 1.0, "samples": 40, "why_not": "several"}
+    return {"verdict": "AMBIGUOUS", "sure": [row], "likely_cause": cause}
 
 
 def test_a_calibrated_number_that_runs_state_is_shown_as_a_shift_and_others_before_and_after():

@@ -7,16 +7,16 @@ import pytest
 
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.model import Model
-from apesim.studies.estimation.parameters import put
+from apesim.studies.estimation.parameters import Parameter, put
 from apesim.studies.estimation.priors import Prior, nuisance
 from apesim.studies.estimation.profile_likelihood import End, EndKind
 from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps
 from apesim.studies.gap.decide.verdict import Decision
 from apesim.studies.gap.explanation import Explanation
 from apesim.studies.gap.reasons import ReasonKind, Verdict
-from apesim.studies.gap.report.effect_rows import SIDES, describe_effects
-from apesim.studies.gap.report.verdict_json import list_class, write_sentence
-from apesim.studies.gap.search.candidates import find_candidates
+from apesim.studies.gap.report.effect_rows import SIDES, describe_effects, describe_numbers
+from apesim.studies.gap.report.verdict_json import describe_sure, list_class, write_sentence
+from apesim.studies.gap.search.candidates import Candidate, find_candidates
 from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.workflow import check_on_unused_runs
@@ -51,11 +51,16 @@ def with_effects(*sized):
     return fitted(machine(), RUNS, parameters, [x for _, *own in sized for x in own], found)
 
 
-def said(word, model, *rivals, reason=ReasonKind.DISTINGUISHABLE, balance=None):
-    choices = tuple(PricedModel(rival, 0.0) for rival in rivals)
-    told = SimpleNamespace(verdict=word, best=PricedModel(model, 0.0), rivals=choices, reason=reason.with_facts())
+def said(word, model, *rivals, reason=ReasonKind.DISTINGUISHABLE, balance=None, sure=()):
+    told = decision_of(word, model, *rivals, reason=reason, sure=sure)
     table = balance and SimpleNamespace(balance=SimpleNamespace(balance=balance))
     return write_sentence(SimpleNamespace(decision=told, tabulated=table))
+
+
+def decision_of(word, model, *rivals, reason=ReasonKind.DISTINGUISHABLE, sure=()):
+    return Decision(
+        word, PricedModel(model, 0.0), tuple(PricedModel(r, 0.0) for r in rivals), reason.with_facts(), sure
+    )
 
 
 @pytest.mark.parametrize(
@@ -135,6 +140,77 @@ def test_of_many_explanations_the_first_are_listed_in_words():
         "There is a gap, and these data do not show what closes it: side force, or run offset of lift in run_02.csv, "
         "or seal friction, or seat leak, or one of 2 others."
     )
+
+
+FORCE, DRAG, LAG = ("side_force", -0.5), ("quadratic_drag", 0.25), ("lift_sensor_lag", 0.5)
+STROKE = Parameter("valve.stroke", 0.1, -6.0, 6.0, machine().valve.stroke, shifts=True, relative=True)
+
+
+def with_stroke(*sized):
+    """A machine with effects at x, and a stroke that is 10 % less than its file says."""
+    plain = with_effects(*sized)
+    candidates = (Candidate("valve.stroke", (STROKE,), ()), *plain.candidates)
+    return fitted(machine(), RUNS, [STROKE, *plain.residuals.parameters], [-1.0, *plain.fitted.x], candidates)
+
+
+def test_what_is_sure_of_an_ambiguous_gap_is_told_with_its_value_and_then_what_may_be_with_it():
+    pair, other = with_effects(FORCE, DRAG), with_effects(FORCE, LAG)
+    sure, others = said(Verdict.AMBIGUOUS, pair, other, sure=(("side_force",),)).split(". ")
+    assert "side force (force -6 N)" in sure
+    assert others.index("quadratic drag") < others.index("lift sensor lag")
+    assert "10 N s^2/m^2" not in others  # of one that may not be there no value is told
+    alone = said(Verdict.AMBIGUOUS, pair, with_effects(FORCE), sure=(("side_force",),))
+    assert "quadratic drag, or nothing else" in alone
+
+
+def test_what_data_do_not_distinguish_from_what_is_sure_stands_beside_it_and_not_among_what_is_open():
+    pair, twin, other = with_effects(FORCE, DRAG), with_effects(DRAG, ("leakage_a", 0.1)), with_effects(FORCE, LAG)
+    sure, others = said(Verdict.AMBIGUOUS, pair, twin, other, sure=(("side_force", "leakage_a"),)).split(". ")
+    assert "side force (force -6 N)" in sure and "leakage a" in sure
+    assert others.count("quadratic drag") == 1 and "leakage a" not in others
+    rows = describe_sure(decision_of(Verdict.AMBIGUOUS, pair, twin, other, sure=(("side_force", "leakage_a"),)))
+    assert [(row["key"], row["class"]) for row in rows] == [("effects.side_force.force", ["leakage_a"])]
+
+
+def test_where_all_is_sure_but_which_of_a_class_the_reason_says_what_is_open():
+    pair, twin = with_effects(FORCE, DRAG), with_effects(DRAG, ("leakage_a", 0.1))
+    reason, sure = ReasonKind.SEVERAL_PAIRS, (("side_force", "leakage_a"), ("quadratic_drag",))
+    text = said(Verdict.AMBIGUOUS, pair, twin, reason=reason, sure=sure)
+    assert text.count("quadratic drag") == text.count("side force (") == text.count("leakage a") == 1
+    assert str(reason.with_facts()) in text
+    assert text.count("10 N s^2/m^2") == 1
+
+
+def test_what_all_explanations_have_and_is_not_sure_is_told_as_less_sure():
+    pair, twin = with_effects(FORCE, DRAG), with_effects(DRAG, ("leakage_a", 0.1))
+    sure, open_part = said(Verdict.AMBIGUOUS, pair, twin, sure=(("side_force", "leakage_a"),)).split(". ")
+    assert "less sure" in open_part and "quadratic drag" in open_part and "quadratic drag" not in sure
+
+
+def test_a_number_of_the_file_and_what_a_sensor_adds_are_no_lack_of_the_model_where_they_are_sure():
+    both = with_stroke(DRAG), with_stroke(FORCE)
+    number = said(Verdict.AMBIGUOUS, *both, sure=(("valve.stroke",),))
+    assert number.startswith("A number is wrong: valve, stroke (8.1 mm, where the file says 9 mm). With it quadratic")
+    recorded = said(Verdict.AMBIGUOUS, with_effects(LAG, DRAG), with_effects(LAG, FORCE), sure=(("lift_sensor_lag",),))
+    assert "lacks" not in recorded and "lift sensor lag (time 0.25 ms)" in recorded
+    mixed = said(
+        Verdict.AMBIGUOUS, with_stroke(FORCE, DRAG), with_stroke(FORCE, LAG), sure=(("side_force",), ("valve.stroke",))
+    )
+    assert mixed.index("lacks side force (force -6 N)") < mixed.index("number is wrong: valve, stroke (8.1 mm")
+
+
+def test_rows_of_what_is_sure_are_those_of_the_best_explanation_and_of_no_file():
+    model = with_stroke(FORCE, DRAG)
+    rows = describe_sure(decision_of(Verdict.AMBIGUOUS, model, sure=(("side_force",), ("valve.stroke",))))
+    assert [(row["key"], row["value"], row["class"]) for row in rows] == [
+        ("effects.side_force.force", pytest.approx(-6.0), []),
+        ("valve.stroke", pytest.approx(8.1), []),
+    ]
+    assert [{key: row[key] for key in row if key != "class"} for row in rows] == [
+        describe_effects(model)[0],
+        *describe_numbers(model),
+    ]
+    assert describe_sure(decision_of(Verdict.AMBIGUOUS, model)) == []
 
 
 def test_parameters_of_one_effect_are_one_thing_in_a_sentence():
