@@ -11,7 +11,9 @@ from apesim.studies.gap.design.experiments import describe_run, list_experiments
 from apesim.studies.gap.design.forecasts import Alternative, Preview, list_alternatives, preview_experiment
 from apesim.studies.gap.design.outcomes import describe_outcomes, write_outcomes
 from apesim.studies.gap.reasons import ReasonKind, Verdict
-from apesim.studies.gap.report.words import format_key
+from apesim.studies.gap.report.effect_rows import describe_pulled, format_value
+from apesim.studies.gap.report.verdict_json import READINGS, describe_added
+from apesim.studies.gap.report.words import format_key, format_name
 from apesim.studies.gap.search.detection_limits import find_detection_limits
 from apesim.studies.gap.search.library import list_effects
 from apesim.studies.gap.search.run_faults import find_files
@@ -26,6 +28,8 @@ MAX_EXPERIMENTS = 5
 estimate: each costs seconds."""
 MAX_EFFECTS = 3
 """Effects whose own experiment is named: more would not be read."""
+MAX_MEASURED = 3
+"""Far numbers of the machine that are named to be measured, the farthest ones: more would not be read."""
 MAX_REPEATS = 100
 """Repeats of an experiment above which it is no advice."""
 NOT_SHOWN = ReasonKind.REMOVES_NOTHING, ReasonKind.GAP_STILL_THERE
@@ -53,11 +57,15 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
         return {"text": f"Look at the record of {files}, and record its operating point once more.", "isolate": []}
 
     # Several explanations are open: experiments are ranked by how far they split them. After a refusal the
-    # library's own experiments for the effects of the highest scores stand beside.
+    # library's own experiments for the effects of the highest scores stand beside, and numbers that are far off are to
+    # be measured first: no run tells as surely whether they are wrong, or have taken up what is missing.
     if decision.verdict in (Verdict.AMBIGUOUS, Verdict.NAMED_CLASS):
         return rank_experiments(explanation)
     if decision.verdict == Verdict.REFUSED:
-        return rank_experiments(explanation) | _isolate(explanation, [score.name for score in explanation.scores])
+        ranked = rank_experiments(explanation)
+        if first := _write_measurements(explanation):
+            ranked |= {key: f"{first} Then: {ranked[key][0].lower()}{ranked[key][1:]}" for key in ("text", "action")}
+        return ranked | _isolate(explanation, [score.name for score in explanation.scores])
 
     # A wrong record comes first, whatever the other files ask for.
     if explanation.rest:
@@ -84,6 +92,30 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
     isolated = _isolate(explanation, names)
     ways = "; ".join(f"{row['effect'].replace('_', ' ')}: {row['isolated_by']}" for row in isolated["isolate"])
     return {"text": f"{opening}: {ways}."} | isolated
+
+
+def _write_measurements(explanation: "Explanation") -> str:
+    """What to measure, or to check, as the explanation that was refused pulls it far; "" where it pulls nothing."""
+    best = explanation.decision.best
+    rows = describe_pulled(best.model if best else explanation.best)
+    sentences = [_write_measurement(row) for row in rows[:MAX_MEASURED]]
+    if (more := len(rows) - MAX_MEASURED) > 0:
+        sentences.append(f"{more} more number{'s are' if more > 1 else ' is'} far off, too.")
+    return " ".join(sentences)
+
+
+def _write_measurement(row: dict[str, Any]) -> str:
+    """What to measure in another way, or which sensor to check, by a row of `describe_pulled`."""
+    before = row["before"]
+    if not row["key"].startswith(READINGS):
+        name, asked = format_key(row["key"]).replace(",", ""), f"the data ask for {format_value(row)}"
+        return f"Measure {name} in another way: {asked}, the machine file says {before}."
+    part, sensor = "zero", format_name(row["parameter"])
+    if row["key"].startswith("effects.sensor_gain."):
+        part, share = "gain", 100.0 * float(before)
+        before = f"{share:+g} %" if share else "0 %"
+    [text] = describe_added([row]).values()
+    return f"Check the {part} of the {sensor} sensor: by the data {text}, the machine file says {before}."
 
 
 def _isolate(explanation: "Explanation", names: Sequence[str]) -> dict[str, Any]:

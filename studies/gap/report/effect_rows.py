@@ -45,6 +45,17 @@ def describe_numbers(model: Model) -> list[dict[str, Any]]:
     return _describe(model, _list_corrected(model)) if _list_added(model) else []
 
 
+def describe_pulled(model: Model) -> list[dict[str, Any]]:
+    """Numbers of the machine, and readings, that a model pulls beyond `MAX_PULL`, the farthest first.
+
+    Rows as `describe_effects` has them, with what the machine file says as ``before``.
+    """
+    rows, machine = _describe(model, model.pulled), model.residuals.machine
+    declared: list[Any] = [DECLARED[row["key"]] for row in rows]
+    said = [each.render(value_of(machine, row["key"])) for each, row in zip(declared, rows, strict=True)]
+    return [row | {"before": text} for row, text in zip(rows, said, strict=True)]
+
+
 def _list_added(model: Model) -> list[int]:
     """Places of the parameters of effects and of faults of files."""
     return [j for j, p in enumerate(model.residuals.parameters) if not p.prior and not p.is_file_number]

@@ -1,5 +1,6 @@
 """The next test: what it would tell is what a fit to its data tells."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -33,6 +34,8 @@ from apesim.studies.gap.search.refit import refit
 from apesim.studies.gap.search.run_faults import FaultKind, list_faults
 from apesim.studies.measured import MeasuredRun, read_measured
 from tests.gap_bench import write_bench
+from tests.machines import machine
+from tests.studies.gap.report.test_verdict_json import GAUGE, corrected_by
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +59,7 @@ def findings_of(verdict, measured, base, best=None, others=(), scores=("bounce",
     return SimpleNamespace(
         measured=measured,
         calibrated=base,
+        best=best or base,
         noise=base.residuals.noise,
         decision=told,
         scores=names,
@@ -311,6 +315,88 @@ def test_every_verdict_has_its_next_test(rivals, verdict, says):
     assert says in told["text"]
     if verdict == Verdict.REFUSED:
         assert told["isolate"][0]["effect"] == "bounce"
+
+
+def pulled_by(model, **pulls):
+    """The model with some nuisances moved by prior sigmas, by the last parts of their keys; the others as stated."""
+    keys = [p.key.split(".", 1)[1].replace(".", "_") for p in model.residuals.parameters]
+    x = np.where(model.residuals.known, [pulls.get(key, 0.0) for key in keys], model.fitted.x)
+    assert set(pulls) <= set(keys)
+    return model._replace(fitted=model.fitted._replace(x=x))
+
+
+def numbers_in(text):
+    return [float(number) for number in re.findall(r"-?\d+(?:\.\d+)?", text)]
+
+
+def test_a_refusal_beside_a_number_that_is_far_off_asks_first_to_measure_it(rivals):
+    measured, base, force, _ = rivals
+    far = pulled_by(force, viscous_friction=5.0)
+    (parameter,) = (p for p in far.residuals.parameters if p.key == "valve.viscous_friction")
+    asked, stated = put(Machine(), [parameter], [5.0]).valve.viscous_friction, Machine().valve.viscous_friction
+    told, plain = (find_next_test(findings_of(Verdict.REFUSED, measured, base, model)) for model in (far, force))
+    for key in ("text", "action"):
+        first, _, then = told[key].partition(" Then: ")
+        assert "viscous friction" in first
+        assert numbers_in(first) == pytest.approx([asked, stated], rel=0.01)
+        assert "settle" in then and "viscous friction" not in then + plain[key]
+    assert len(told["experiments"]) == len(plain["experiments"]) == MAX_EXPERIMENTS
+    assert told["isolate"] == plain["isolate"] != []
+
+
+RANKED = {"text": "Make a run. Look at it.", "action": "Make a run.", "experiments": []}
+FAR = [
+    ({"sensor_gain_lift": 6.0}, ("gain", "lift", "%"), [3.0, 0.0]),
+    ({"sensor_offset_lift": -6.0}, ("zero", "lift", "mm"), [0.12, 0.0]),
+    ({"pressure": -6.0}, ("gain", "supply pressure", "%"), [6.4, 0.0]),
+    ({"solenoid_dead_time": 6.0}, ("solenoid dead time", "ms"), [2.1, 1.5]),
+]
+"""Numbers that are pulled far, what the advice has to name, and the values by the data and by the machine file."""
+
+
+@pytest.mark.parametrize(("pulls", "words", "values"), FAR, ids=["gain", "zero", "gauge", "number"])
+@pytest.mark.parametrize("added", [True, False], ids=["best", "calibrated"])
+def test_a_far_number_and_a_sensor_to_check_are_told_with_their_values(
+    rivals, monkeypatch, pulls, words, values, added
+):
+    monkeypatch.setattr("apesim.studies.gap.design.next_test.rank_experiments", lambda _: dict(RANKED))
+    measured, base, force, _ = rivals
+    models = (base, pulled_by(force, **pulls)) if added else (pulled_by(base, **pulls), None)
+    first, _, then = find_next_test(findings_of(Verdict.REFUSED, measured, *models))["text"].partition(" Then: ")
+    assert all(word in first for word in words)
+    assert numbers_in(first) == pytest.approx(values, rel=0.02)
+    assert then.lower() == RANKED["text"].lower()
+    assert find_next_test(findings_of(Verdict.AMBIGUOUS, measured, *models)) == RANKED
+
+
+def test_a_gain_that_the_machine_file_states_is_told_in_per_cent_too(rivals, monkeypatch):
+    monkeypatch.setattr("apesim.studies.gap.design.next_test.rank_experiments", lambda _: dict(RANKED))
+    far = corrected_by(machine(effects__sensor_gain__supply_pressure=0.03), GAUGE, -8.0)
+    first, _, _ = find_next_test(findings_of(Verdict.REFUSED, rivals[0], far))["text"].partition(" Then: ")
+    assert "gain of the supply pressure" in first
+    assert numbers_in(first) == pytest.approx([100.0 * (1.03 / 0.92 - 1.0), 3.0], rel=0.02)
+
+
+def test_what_the_refused_explanation_pulls_far_is_to_be_measured_though_a_table_took_its_place(rivals, monkeypatch):
+    monkeypatch.setattr("apesim.studies.gap.design.next_test.rank_experiments", lambda _: dict(RANKED))
+    measured, base, force, _ = rivals
+    findings = findings_of(Verdict.REFUSED, measured, base, pulled_by(force, solenoid_dead_time=12.0))
+    findings.best = base
+    assert "dead time" in find_next_test(findings)["text"]
+
+
+def test_of_many_far_numbers_the_farthest_are_named_and_the_others_counted(rivals, monkeypatch):
+    monkeypatch.setattr("apesim.studies.gap.design.next_test.rank_experiments", lambda _: dict(RANKED))
+    measured, base, force, _ = rivals
+    sizes = {"viscous_friction": 5.0, "solenoid_dead_time": -8.0, "heat_capacity_ratio": 6.0, "sensor_gain_lift": 7.0}
+    reason = ReasonKind.FAINT
+    far = pulled_by(force, **sizes)
+    first, _, _ = find_next_test(findings_of(Verdict.REFUSED, measured, base, far, reason=reason))["text"].partition(
+        " Then"
+    )
+    places = [first.index(text) for text in ("dead time", "lift", "heat capacity ratio", "1 more")]
+    assert places == sorted(places)
+    assert "viscous friction" not in first
 
 
 def test_without_the_library_the_next_test_is_to_try_it(rivals):
