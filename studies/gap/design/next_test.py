@@ -81,9 +81,9 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
         text = f"Measure it with another instrument, or in another way: {format_key(names[0])}."
         return {"text": text, "isolate": []}
     if decision.verdict == Verdict.NO_GAP:
-        names = [
-            name for name, limit in find_detection_limits(explanation.sensitivities).items() if limit["limit"] is None
-        ]
+        limits = find_detection_limits(explanation.sensitivities)
+        effects = list_effects(explanation.calibrated.residuals.machine)  # a number of the machine file has no test
+        names = [name for name, limit in limits.items() if limit["limit"] is None and name in effects]
         if not names:
             return {"text": "None is due: every effect of the library would have been seen.", "isolate": []}
         opening = "None is due for what these data show. What they cannot show needs its own test"

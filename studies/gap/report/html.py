@@ -129,10 +129,9 @@ def render_page(
     environment.filters |= {"value": format_value, "interval": format_interval, "limit": format_limit}
     environment.filters |= {"before": format_before, "after": format_after, "decimals": _format_decimals}
 
-    # An effect that the data do not show at any size is told with the range up to which it was looked for.
-    effects = list_effects(explanation.calibrated.residuals.machine)
-    ranges = {name: entry.parameters[0].range for name, entry in effects.items()}
+    # What the data do not show at any size is told with the range up to which it was looked for.
     limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
+    ranges = find_ranges(explanation, [row["effect"] for row in limits if row["limit"] is None])
 
     # Beside the verdict: what only traces and fits tell, and the numbers above which the page marks or folds.
     return environment.from_string(_read_template()).render(
@@ -180,6 +179,19 @@ def format_unit(text: str) -> str:
 def _name(row: dict[str, Any]) -> str:
     """Name of the effect of a row."""
     return row["effect"]
+
+
+def find_ranges(explanation: "Explanation", names: Iterable[str]) -> dict[str, str]:
+    """Ranges within which effects, and numbers of the machine file, were looked for, as text by their names."""
+    effects, ranges = list_effects(explanation.calibrated.residuals.machine), {}
+    for name in names:
+        if name in effects:
+            ranges[name] = effects[name].parameters[0].range
+            continue
+        number = next(row.probe.parameter for row in explanation.sensitivities if row.probe.candidate.name == name)
+        low, high = (number.shown(number.value(end)) for end in number.ends)
+        ranges[name] = f"{low:.3g} to {high:.3g} {number.declaration.unit}".strip()
+    return ranges
 
 
 def find_check_sizes(compared: Iterable[ComparedSignal]) -> tuple[float, float | None, int] | None:

@@ -21,6 +21,9 @@ from apesim.studies.gap.report.chances import list_chances
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms, group_by_run, select_worst
 from apesim.studies.gap.report.html import MAX_WARNINGS, TERMS, TriedCandidate
 from apesim.studies.gap.report.residual_map import map_residuals
+from apesim.studies.gap.search.candidates import Probe
+from apesim.studies.gap.search.file_numbers import find_file_numbers
+from apesim.studies.gap.search.library import list_effects
 from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.measured import Measured, MeasuredRun
 from apesim.studies.measured.lineage import read_parent
@@ -264,6 +267,20 @@ def test_a_size_from_which_an_area_is_visible_says_that_smaller_ones_are_the_lar
         "class": [],
     }
     assert "<td>12 mm² and below</td>" in page_of(detection_limits={"supply_droop": limit})
+
+
+def test_a_number_of_the_file_that_the_data_never_show_is_told_with_the_range_that_was_tried():
+    numbers = find_file_numbers(Machine(), Measured("", {}, (), "engine"), [])
+    probes = [Probe(number, (0.1,), 0) for number in numbers]
+    explanation = SimpleNamespace(
+        calibrated=SimpleNamespace(residuals=SimpleNamespace(machine=Machine())),
+        sensitivities=[SimpleNamespace(probe=probe) for probe in probes],
+    )
+    ranges = html.find_ranges(explanation, ["valve.stroke", "engine.exhaust.opens", "bounce"])
+    stroke = Machine().valve.stroke * 1e3
+    assert ranges["valve.stroke"] == f"{0.4 * stroke:.3g} to {1.6 * stroke:.3g} mm"
+    assert ranges["engine.exhaust.opens"].endswith(" deg")
+    assert ranges["bounce"] == list_effects()["bounce"].parameters[0].range
 
 
 NEXT_TEST = {
