@@ -82,7 +82,7 @@ def add_legend(axis: Axes, **options: Any) -> None:
 
     The upper limit of `axis` is raised where no place is free; `options` are those of `matplotlib.axes.Axes.legend`.
     """
-    handles, _ = axis.get_legend_handles_labels()
+    handles = options.get("handles") or axis.get_legend_handles_labels()[0]
     if not handles:
         return
     figure = axis.get_figure(root=True)

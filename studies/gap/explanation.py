@@ -37,6 +37,8 @@ from apesim.studies.measured.lineage import find_lineage
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from apesim.studies.gap.report.comparison import ComparedSignal
+
 MAX_SHOWN = 8
 """Scores that the HTML table shows, as many as the command does."""
 
@@ -286,6 +288,7 @@ class Explanation:
         """
         from apesim.studies.gap.figures import draw_gap
         from apesim.studies.gap.report.comparison import compare_signals
+        from apesim.studies.gap.report.engine_curve import find_curves, is_speed_curve
         from apesim.studies.gap.report.html import compare_candidates, describe_added, render_page
 
         start, data, folder = time.perf_counter(), self.to_dict(), Path(folder)
@@ -306,10 +309,11 @@ class Explanation:
             make_folder(folder / name, overwrite=True)
         latent = find_branches(self.tabulated.model) if self.tabulated else ()
         ambient = self.calibrated.residuals.machine.ambient.pressure
+        curves = find_curves(self, compared) if is_speed_curve(self.measured) else ()
         figures = draw_gap(
-            compared, compare_candidates(self), describe_added(self), ambient, folder / "figures", latent
+            compared, compare_candidates(self), describe_added(self), ambient, folder / "figures", latent, curves
         )
-        write_file(folder / "report.html", render_page(self, data, compared, figures))
+        write_file(folder / "report.html", render_page(self, data, compared, figures, curves))
 
         # The models that were searched, for other programs.
         for name, text in export_model_space(self).items():
@@ -324,13 +328,15 @@ class Explanation:
         """Draw what is left of one signal over the noise, before and after what is missing was added.
 
         It is the trace that the calibrated machine misses most, of a run that was never fitted where there are such.
+        A mean of an engine, such as its torque, is drawn over the speed, with the models beside what was measured.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
             Axes to draw on; those of a new figure if left out.
         sensor : str, optional
-            Name of the signal, e.g. "lift"; the one that the calibrated machine misses most if left out.
+            Name of the signal, e.g. "lift"; the one that the calibrated machine misses most if left out, a mean only
+            where there are no traces.
 
         Returns
         -------
@@ -340,7 +346,7 @@ class Explanation:
         Raises
         ------
         InputError
-            There is no such trace.
+            There is no such signal.
 
         Examples
         --------
@@ -356,8 +362,11 @@ class Explanation:
         from apesim.studies.gap.report.comparison import compare_signals, find_display, select_worst
         from apesim.studies.gap.report.html import describe_added
 
-        compared = [signal for signal in compare_signals(self) if not signal.is_mean]
-        chosen = select_worst((one for one in compared if sensor in (None, one.block.sensor)), 1)
+        compared = compare_signals(self)
+        asked = [signal for signal in compared if sensor in (None, signal.block.sensor)]
+        chosen = select_worst(asked, 1)
+        if asked and not chosen:
+            return self._plot_curve(ax, asked)
         if not chosen:
             known = " or ".join(dict.fromkeys(one.block.sensor for one in compared)) or "a run with a trace"
             raise InputError(
@@ -371,17 +380,39 @@ class Explanation:
         add_legend(ax)
         return ax
 
+    def _plot_curve(self, ax: "Axes | None", means: "list[ComparedSignal]") -> "Axes":
+        """Draw the mean of an engine over the speed that the calibrated machine misses most, with the models."""
+        from apesim.studies.drawing.axes import axes_for
+        from apesim.studies.drawing.panels import add_legend
+        from apesim.studies.gap.figures.curve import draw_curves, list_handles
+        from apesim.studies.gap.report.comparison import find_rms
+        from apesim.studies.gap.report.engine_curve import find_curves
+        from apesim.studies.gap.report.html import describe_added
+
+        of_sensor: dict[str, list[ComparedSignal]] = {}
+        for signal in means:
+            of_sensor.setdefault(signal.block.sensor, []).append(signal)
+        worst = max(of_sensor.values(), key=lambda own: find_rms(signal.residuals_before for signal in own))
+        curves = find_curves(self, worst)
+        ax = draw_curves(axes_for(ax), curves)
+        add_legend(ax, handles=list_handles(curves, describe_added(self)))
+        return ax
+
     def __repr__(self) -> str:
         lines = [f"Explanation: {self.verdict}", f"  {self.sentence}", f"  because {self.reason}"]
-        gap, held_out = self.gap, self.held_out
-        lines.append(f"  gap over noise on the fitted runs: {gap['before']:.3g} before, {gap['after']:.3g} after")
-        if held_out:
-            lines.append(f"  on runs opened once: {held_out['before']:.3g} before, {held_out['after']:.3g} after")
+        lines.append(f"  gap over noise on the fitted runs: {self._format_change(self.gap)}")
+        if self.held_out:
+            lines.append(f"  on runs opened once: {self._format_change(self.held_out)}")
         if self.next_test:
             lines.append(f"  next test: {self.next_test['text']}")
         if self.warnings:
             lines.append(f"  {len(self.warnings)} warnings, see .warnings")
         return "\n".join(lines)
+
+    def _format_change(self, gap: dict[str, float]) -> str:
+        """A gap before and after something was added; one number where nothing was."""
+        before = f"{gap['before']:.3g}"
+        return before if self.best is self.calibrated else f"{before} before, {gap['after']:.3g} after"
 
     def _repr_html_(self) -> str:
         rows = "".join(

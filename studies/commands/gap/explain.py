@@ -103,6 +103,7 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
     """The verdict on a terminal: the most likely cause, the next test, and the scores of the effects."""
     from apesim.studies.gap.report.calibrated_numbers import format_after, format_before
     from apesim.studies.gap.report.chances import list_chances
+    from apesim.studies.gap.report.curve_notes import write_trace
     from apesim.studies.gap.report.html import format_pull, write_as_sentence
     from apesim.studies.gap.report.likely_cause import describe_change, write_hint
     from apesim.studies.gap.report.rounding import format_sigmas
@@ -124,7 +125,9 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
     else:
         yield f"{data['verdict']}: {data['sentence']} ({data['reason']})"
         yield f"Next test: {test}"
-    yield from (*list_chances(data), *write_scatter(data))
+    # Where experiments are ranked, the trace is one of them, and the best has been told.
+    trace = [] if data["next_test"].get("experiments") else write_trace(data)
+    yield from (*trace, *list_chances(data), *write_scatter(data))
 
     # Numbers near what the machine file said are no news.
     moved = [row for row in data["nuisances"] if abs(row["deviations"]) > MIN_SHOWN_PULL]

@@ -191,7 +191,7 @@ def _isolability(
     # All is taken at the machine as it is, which stands for a fit: what was measured is used for the noise alone.
     nominal = np.zeros(len(residuals.parameters))
     stated = find_stated_sizes(machine, measured, residuals.parameters)
-    residuals, errors, jacobian, steps = _find_slopes(residuals, stated)
+    residuals, errors, jacobian, steps = _find_slopes(residuals, stated, nominal)
 
     # Each effect by the probe that shows it best, at the very size from which it is seen.
     candidates = find_candidates(machine, measured.bench, select_effects(measured.bench, without, machine))
@@ -213,9 +213,9 @@ def _isolability(
     experiments = list_experiments(measured, machine.ambient.pressure) if wanted else []
     for done, experiment in enumerate(experiments, 1):
         with contextlib.suppress(EndedEarly):
-            wider = _add_experiment(experiment, residuals, jacobian[:n], probes, stated)
+            wider = add_experiment(experiment, residuals, nominal, jacobian[:n], probes, stated)
             for name in wanted:
-                outcomes[name].append((experiment, *_compare_with_class(name, wider, classes.get(name, ()), best)))
+                outcomes[name].append((experiment, *compare_with_class(name, wider, classes.get(name, ()), best)))
         work.tell("experiments", done, len(experiments))
     rows = [
         {"effect": name, **limit, "helped_by": _choose_experiment(outcomes.get(name, []), classes.get(name), limit)}
@@ -225,14 +225,13 @@ def _isolability(
 
 
 def _find_slopes(
-    residuals: WhitenedResiduals, stated: Mapping[str, float]
+    residuals: WhitenedResiduals, stated: Mapping[str, float], x: np.ndarray
 ) -> tuple[WhitenedResiduals, np.ndarray, np.ndarray, np.ndarray]:
-    """Residuals with the stated scatter, and their values, sensitivities and adapted steps at the machine as it is.
+    """Residuals with the stated scatter, and their values, sensitivities and adapted steps at parameters x (p,).
 
     `residuals` come without scatter, `stated` is the scatter between runs by `find_stated_sizes`; errors are (n + p,),
     the Jacobian (n + p, p), its steps (p,).
     """
-    x = np.zeros(len(residuals.parameters))
     errors = residuals.at(x)
     _, steps = residuals.jacobian(x, errors)
     jacobian, steps = residuals.jacobian(x, errors, steps)
@@ -245,9 +244,10 @@ def _find_slopes(
     return residuals.with_scatter(scatter), errors, jacobian, steps
 
 
-def _add_experiment(
+def add_experiment(
     experiment: Experiment,
     residuals: WhitenedResiduals,
+    x: np.ndarray,
     jacobian: np.ndarray,
     wanted: dict[str, tuple[Probe, np.ndarray]],
     stated: Mapping[str, float],
@@ -255,12 +255,12 @@ def _add_experiment(
     """Changes (m,) of the data and of an experiment together by effects, by name, nuisances projected out.
 
     `residuals` are those of the data that there are, as a function of the nuisances, `jacobian` (n, p) their
-    sensitivities; `wanted` holds probes and the changes (n,) of those data by them; `stated` is the scatter between
-    runs, see `find_stated_sizes`.
+    sensitivities at the nuisances x (p,); `wanted` holds probes and the changes (n,) of those data by them; `stated` is
+    the scatter between runs, see `find_stated_sizes`. Raises EndedEarly where a simulation does not come to its end.
     """
     more = make_residuals(experiment, residuals.machine, residuals.parameters, residuals.noise)
-    x = np.zeros(len(more.parameters))
-    more, errors, slopes, _ = _find_slopes(more, stated)
+    x = np.append(x, np.zeros(len(more.parameters) - len(x)))
+    more, errors, slopes, _ = _find_slopes(more, stated, x)
     samples = len(errors) - len(x)
     old = np.column_stack([jacobian, np.zeros((len(jacobian), len(x) - jacobian.shape[1]))])
     space = find_nuisance_space(np.vstack([old, slopes[:samples], np.diag(more.known.astype(float))]))
@@ -272,7 +272,7 @@ def _add_experiment(
     return changes
 
 
-def _compare_with_class(
+def compare_with_class(
     name: str, changes: dict[str, np.ndarray], class_names: Sequence[str], best: dict[str, Sensitivity]
 ) -> tuple[float, float]:
     """The largest cosine with another of its class, and the size over the range that is visible, with more data."""

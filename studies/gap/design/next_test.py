@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 from apesim.studies.estimation.residuals import unless_ended
 from apesim.studies.estimation.scatter import list_odd_repeats
+from apesim.studies.gap.design.deciding_trace import find_deciding_trace
 from apesim.studies.gap.design.expected_information import find_entropy, find_information, find_separation
 from apesim.studies.gap.design.experiments import describe_run, list_experiments
 from apesim.studies.gap.design.forecasts import Alternative, Preview, list_alternatives, preview_experiment
 from apesim.studies.gap.design.outcomes import describe_outcomes, write_outcomes
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.report.effect_rows import describe_pulled, format_value
+from apesim.studies.gap.report.engine_curve import is_speed_curve
 from apesim.studies.gap.report.verdict_json import READINGS, describe_added
 from apesim.studies.gap.report.words import format_key, format_name
 from apesim.studies.gap.search.detection_limits import find_detection_limits
@@ -45,8 +47,16 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
     """Find the next test, as text and data.
 
     Where explanations are to be split, the data are what `rank_experiments` gives; ``isolate`` holds the library's own
-    experiment for effects.
+    experiment for effects. Means over the speed alone have ``trace``, too, see `find_deciding_trace`.
     """
+    test = _choose_test(explanation)
+    if explanation.scores and is_speed_curve(explanation.measured):
+        test |= {"trace": find_deciding_trace(explanation, test)}
+    return test
+
+
+def _choose_test(explanation: "Explanation") -> dict[str, Any]:
+    """The next test by the verdict."""
     decision = explanation.decision
 
     # Nothing to choose an experiment by: the library was not tried, or a record has to be looked at first.
@@ -70,7 +80,7 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
     # A wrong record comes first, whatever the other files ask for.
     if explanation.rest:
         files = " and ".join(find_files(explanation.best.candidates))
-        rest, again = find_next_test(explanation.rest), f"Record {files} again, or leave it out."
+        rest, again = _choose_test(explanation.rest), f"Record {files} again, or leave it out."
         if explanation.rest.verdict == Verdict.NO_GAP:
             return rest | {"text": again}
         return rest | {"text": f"{again} Then: {rest['text'][0].lower()}{rest['text'][1:]}"}

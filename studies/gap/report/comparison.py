@@ -103,7 +103,7 @@ class Display(NamedTuple):
     factor: float
     """SI values over shown ones."""
 
-    def convert(self, values: np.ndarray) -> np.ndarray:
+    def convert(self, values: Any) -> Any:
         """Values, one or (n,), in SI units converted to the unit in which they are shown."""
         return values / self.factor
 

@@ -14,17 +14,19 @@ from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.report.calibrated_numbers import format_after, format_before
 from apesim.studies.gap.report.chances import list_chances
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms
+from apesim.studies.gap.report.curve_notes import write_misses, write_reach, write_trace
 from apesim.studies.gap.report.effect_rows import format_interval, format_value
+from apesim.studies.gap.report.engine_curve import EngineCurve
 from apesim.studies.gap.report.extended_machine import is_explained
 from apesim.studies.gap.report.likely_cause import describe_change, write_hint
 from apesim.studies.gap.report.rounding import format_chance, format_sigmas, format_size, round_to_error
 from apesim.studies.gap.report.run_scatter import write_scatter
-from apesim.studies.gap.report.words import format_key, format_name
+from apesim.studies.gap.report.words import format_explanation, format_key, format_name
 from apesim.studies.gap.search.detection_limits import format_limit
 from apesim.studies.gap.search.gap_test import DRAWS
 from apesim.studies.gap.search.library import list_effects
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST
-from apesim.studies.measured import CHECK, GATE
+from apesim.studies.measured import CHECK, FIT, GATE, Role
 
 if TYPE_CHECKING:
     from apesim.studies.gap.explanation import Explanation
@@ -37,6 +39,8 @@ MARKED_PULL = 2.0
 """Prior standard deviations beyond which a pull is marked: noise alone pulls one of twenty nuisances so far."""
 MAX_WARNINGS = 3
 """Warnings that are shown at once; the others are folded, as more would not be read."""
+ROLES_SHOWN = {FIT: "on the fitted runs", CHECK: "on runs that were never used"}
+"""Runs whose gap stands at the head of the page, by their role."""
 TERMS = {
     "gap": "what the model leaves of the data, more than noise does; as a number it is their root mean square over the "
     "noise, and noise alone gives 1",
@@ -104,10 +108,12 @@ def render_page(
     data: Mapping[str, Any],
     compared: Sequence[ComparedSignal],
     figures: Mapping[str, str],
+    curves: Sequence[EngineCurve] = (),
 ) -> str:
     """Render the page of an explanation as HTML, the same text each time, as no time or date is in it.
 
-    `data` is the content of ``verdict.json``, with ``next_test`` and ``lineage``; `figures` are SVG by name.
+    `data` is the content of ``verdict.json``, with ``next_test`` and ``lineage``; `figures` are SVG by name, and
+    `curves` are means over the speed, where there is nothing else.
     """
     ambient = explanation.calibrated.residuals.machine.ambient.pressure
 
@@ -124,7 +130,7 @@ def render_page(
         "chance": lambda p_value: format_chance(p_value, DRAWS),
         "words": format_name,
         "unit": format_unit,
-        "key": format_key,
+        "key": format_explanation,
     }
     environment.filters |= {"value": format_value, "interval": format_interval, "limit": format_limit}
     environment.filters |= {"before": format_before, "after": format_after, "decimals": _format_decimals}
@@ -133,13 +139,17 @@ def render_page(
     limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
     ranges = find_ranges(explanation, [row["effect"] for row in limits if row["limit"] is None])
 
+    added = describe_added(explanation) if compared[0].residuals_after is not None else ""
+    fitted_means = sum(signal.is_mean and signal.role == FIT for signal in compared)
+
     # Beside the verdict: what only traces and fits tell, and the numbers above which the page marks or folds.
     return environment.from_string(_read_template()).render(
         data=data,
         figures={name: base64.b64encode(text.encode()).decode() for name, text in figures.items()},
-        unseen=any(signal.role == CHECK for signal in compared),
-        check=find_check_sizes(compared),
-        added=describe_added(explanation) if compared[0].residuals_after is not None else "",
+        bench=explanation.measured.bench,
+        sizes=[(said, role == FIT, own) for role, said in ROLES_SHOWN.items() if (own := find_sizes(compared, role))],
+        check=find_sizes(compared, CHECK),
+        added=added,
         visible=sorted((row for row in limits if row["limit"] is not None), key=lambda row: row["effect"]),
         hidden=sorted((row | {"range": ranges[row["effect"]]} for row in limits if row["limit"] is None), key=_name),
         means=[
@@ -148,7 +158,8 @@ def render_page(
             if signal.is_mean
         ],
         runs=len(explanation.measured.runs),
-        sensors=list(dict.fromkeys(signal.block.sensor for signal in compared)),
+        sensors=_list_words(dict.fromkeys(signal.block.sensor for signal in compared)),
+        reach=[write_misses(curves, added), write_reach(data, fitted_means), *write_trace(data)] if curves else [],
         notes=[*list_chances(data), *write_scatter(data)],
         explanations=list_explanations(explanation),
         judged=bool(explanation.measured.of(GATE)),
@@ -176,6 +187,12 @@ def format_unit(text: str) -> str:
     return text.replace("^2", "²").replace("^3", "³")
 
 
+def _list_words(names: Iterable[str]) -> str:
+    """Names in words, the last one behind "and"."""
+    *first, last = map(format_name, names)
+    return f"{', '.join(first)} and {last}" if first else last
+
+
 def _name(row: dict[str, Any]) -> str:
     """Name of the effect of a row."""
     return row["effect"]
@@ -189,30 +206,31 @@ def find_ranges(explanation: "Explanation", names: Iterable[str]) -> dict[str, s
             ranges[name] = effects[name].parameters[0].range
             continue
         number = next(row.probe.parameter for row in explanation.sensitivities if row.probe.candidate.name == name)
+        unit = number.declaration.unit  # type: ignore[attr-defined]
         low, high = (number.shown(number.value(end)) for end in number.ends)
-        ranges[name] = f"{low:.3g} to {high:.3g} {number.declaration.unit}".strip()
+        ranges[name] = f"{low:.3g} to {high:.3g} {unit}".strip()
     return ranges
 
 
-def find_check_sizes(compared: Iterable[ComparedSignal]) -> tuple[float, float | None, int] | None:
-    """Root mean squares over the noise on the check runs, before and after something was added, and their samples.
+def find_sizes(compared: Iterable[ComparedSignal], role: Role) -> tuple[float, float | None, int] | None:
+    """Root mean squares over the noise on runs of a role, before and after something was added, and their samples.
 
-    After is None where nothing was added; None in all where no run is to check.
+    After is None where nothing was added; None in all where no run has the role.
 
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> from apesim.studies.gap.report.comparison import compare_signals
-    >>> before, after, _ = find_check_sizes(compare_signals(explain_example()))
+    >>> before, after, _ = find_sizes(compare_signals(explain_example()), CHECK)
     >>> before > after
     True
-    >>> find_check_sizes([]) is None  # no run is marked check
+    >>> find_sizes([], CHECK) is None  # no run is marked check
     True
     """
-    checks = [signal for signal in compared if signal.role == CHECK]
-    if not checks:
+    own = [signal for signal in compared if signal.role == role]
+    if not own:
         return None
-    after = [signal.residuals_after for signal in checks if signal.residuals_after is not None]
-    samples = sum(len(signal.residuals_before) for signal in checks)
-    return find_rms(signal.residuals_before for signal in checks), find_rms(after) if after else None, samples
+    after = [signal.residuals_after for signal in own if signal.residuals_after is not None]
+    samples = sum(len(signal.residuals_before) for signal in own)
+    return find_rms(signal.residuals_before for signal in own), find_rms(after) if after else None, samples
 
 
 def list_explanations(explanation: "Explanation") -> list[dict[str, Any]]:

@@ -13,3 +13,13 @@ def format_key(key: str) -> str:
     'side force, force'
     """
     return format_name(key.removeprefix("effects.").replace(".", ", "))
+
+
+def format_explanation(name: str) -> str:
+    """An explanation in words: effects, keys of the machine and faults of files, whose names keep their dots.
+
+    >>> format_explanation("run_clock in p_16.csv with valve.piston_area")
+    'run clock in p_16.csv with valve, piston area'
+    """
+    parts = (part.partition(" in ") for part in name.split(" with "))
+    return " with ".join(format_key(kind) + found + file for kind, found, file in parts)

@@ -330,7 +330,7 @@ def test_a_refusal_begins_with_the_cause_why_it_is_not_named_and_what_to_do():
     cause["why_not"] = "it fails at 0.7 MPa"
     page = visible(page_of(likely_cause=cause, next_test=NEXT))
     said = ["Most likely cause", "Side force (force 3.1 N).", "from 3.1 to 1.0 times the noise", "Why it is not named"]
-    said += ["It fails at 0.7 MPa.", "Do this next", "Weigh the piston.", "p.csv", "runs"]
+    said += ["It fails at 0.7 MPa.", "Do this next", "Weigh the piston.", "p.csv"]
     places = [page.index(text) for text in said]
     assert places == sorted(places)
     assert page.count("Weigh the piston.") == 1
@@ -341,6 +341,11 @@ def test_a_refusal_folds_its_tables_and_other_verdicts_do_not():
     assert not any(title in visible(page_of()) for title in titles)
     assert all(title in visible(page_of(verdict="NAMED", likely_cause=None)) for title in titles)
     assert "::details-content { content-visibility: visible" in page_of()  # on paper all is unfolded
+
+
+def test_the_gap_stands_at_the_head_as_one_number_where_nothing_was_added():
+    head = page_of(likely_cause=None).partition('<p class="terms">')[0]
+    assert re.findall(r"<b>([^<]*)</b>", head) == ["0.00"] and "→" not in head
 
 
 @pytest.mark.parametrize("number", [MAX_WARNINGS, MAX_WARNINGS + 4])
