@@ -516,10 +516,10 @@ def describe_added(rows: list[dict[str, Any]]) -> dict[str, str]:
 
 
 def _format_effects(rows: list[dict[str, Any]]) -> dict[str, str]:
-    """Each effect with its values in words, by its name."""
+    """Each effect with its values in words, by its name; readings by their keys, as two gains are two of them."""
     by_name: dict[str, list[dict[str, Any]]] = {}
     for row in rows:
-        by_name.setdefault(row["name"], []).append(row)
+        by_name.setdefault(row["key"] if row["key"].startswith(READINGS) else row["name"], []).append(row)
     return {name: _format_effect(name, own_rows) for name, own_rows in by_name.items()}
 
 

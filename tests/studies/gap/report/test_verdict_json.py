@@ -153,6 +153,13 @@ def with_stroke(*sized):
     return fitted(machine(), RUNS, [STROKE, *plain.residuals.parameters], [-1.0, *plain.fitted.x], candidates)
 
 
+def test_two_readings_of_one_kind_are_both_told():
+    gains = [Prior("effects.sensor_gain.lift", 0.005), Prior("effects.sensor_gain.pressure_a", 0.005)]
+    two = fitted(machine(), RUNS, [nuisance(machine(), prior) for prior in gains], [8.0, -6.0])
+    text = said(Verdict.CALIBRATION, two)
+    assert "lift reads 4" in text and "pressure a reads 3" in text
+
+
 def test_what_is_sure_of_an_ambiguous_gap_is_told_with_its_value_and_then_what_may_be_with_it():
     pair, other = with_effects(FORCE, DRAG), with_effects(FORCE, LAG)
     sure, others = said(Verdict.AMBIGUOUS, pair, other, sure=(("side_force",),)).split(". ")
