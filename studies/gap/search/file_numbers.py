@@ -5,7 +5,7 @@ library stands for it. Each such number is tried as one candidate; what is found
 """
 
 from collections.abc import Iterator, Sequence
-from math import radians
+from math import isfinite, radians
 from typing import NamedTuple
 
 from apesim.engine.effects import ALL_EFFECTS
@@ -79,8 +79,14 @@ def find_file_numbers(
     return [
         Candidate(suspect.key, (_make_error(machine, suspect),), ())
         for suspect in list_suspects(measured.bench)
-        if suspect.key not in known and value_of(machine, suspect.key) and not find_idle(machine, suspect.key)
+        if suspect.key not in known and _is_tried(machine, suspect)
     ]
+
+
+def _is_tried(machine: Machine, suspect: Suspect) -> bool:
+    """Whether a machine has a number that does something, and of which such an error can be taken."""
+    number = value_of(machine, suspect.key)
+    return isfinite(number) and not (suspect.relative and not number) and not find_idle(machine, suspect.key)
 
 
 def _list_stood_for(candidates: Sequence[Candidate]) -> Iterator[str]:

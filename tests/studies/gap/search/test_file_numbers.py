@@ -35,6 +35,16 @@ def test_what_is_stated_or_left_out_is_not_tried():
     assert suspects_of(Machine(), VALVE, without=["valve.stroke"])[:1] == ["valve.piston_area"]
 
 
+def test_only_errors_that_can_be_are_tried():
+    at_zero = suspects_of(Machine.load(None, ["groove.lap=0 mm"]), ENGINE)
+    assert "groove.lap" in at_zero
+    assert "engine.exhaust_2.opens" not in at_zero
+    assert "engine.exhaust_2.opens" in suspects_of(
+        Machine.load(None, ["engine.exhaust_2.effective_area=1 cm^2"]), ENGINE
+    )
+    assert "engine.receiver.volume" not in suspects_of(Machine.load(None, ["engine.receiver.volume=inf"]), ENGINE)
+
+
 def test_a_number_stays_within_what_a_machine_file_takes():
     machine = Machine()
     for suspect in find_file_numbers(machine, Measured("", {}, (), ENGINE), []):
