@@ -33,5 +33,12 @@ EFFECT = Effect(
     seen_in="blow-down and recompression; confused with exhaust restriction",
     isolated_by="a dial gauge on the exhaust valve over crank angle",
     adjust=adjust,
-    search=Search(misstated=(Misstated("engine.exhaust.opens", shift), Misstated("engine.exhaust.closes", shift))),
+    search=Search(
+        misstated=(
+            Misstated("engine.exhaust.opens", shift),
+            Misstated("engine.exhaust.closes", shift),
+            Misstated("engine.exhaust_2.opens", shift),
+            Misstated("engine.exhaust_2.closes", shift),
+        )
+    ),
 )

@@ -384,7 +384,7 @@ class Explanation:
         """Draw the mean of an engine over the speed that the calibrated machine misses most, with the models."""
         from apesim.studies.drawing.axes import axes_for
         from apesim.studies.drawing.panels import add_legend
-        from apesim.studies.gap.figures.curve import draw_curves, list_handles
+        from apesim.studies.gap.figures.curve import draw_curves, list_handles, mark_supplies
         from apesim.studies.gap.report.comparison import find_rms
         from apesim.studies.gap.report.engine_curve import find_curves
         from apesim.studies.gap.report.html import describe_added
@@ -394,7 +394,7 @@ class Explanation:
             of_sensor.setdefault(signal.block.sensor, []).append(signal)
         worst = max(of_sensor.values(), key=lambda own: find_rms(signal.residuals_before for signal in own))
         curves = find_curves(self, worst)
-        ax = draw_curves(axes_for(ax), curves)
+        ax = draw_curves(axes_for(ax), curves, mark_supplies(curves))
         add_legend(ax, handles=list_handles(curves, describe_added(self)))
         return ax
 

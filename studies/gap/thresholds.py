@@ -32,7 +32,7 @@ AMBIGUOUS_COST = 2.0 * log(100.0)
 ALIKE = 0.9
 """Cosine between what two effects do to the data, from which they are of one class."""
 DOUBTFUL = 0.25
-"""Chance of noise alone to leave what a single effect leaves, below which all others and pairs are tried, too."""
+"""Chance of noise alone to leave what a single effect leaves, below which large sizes and sets are tried, too."""
 MIN_LOG_ODDS = 10.0
 """Log odds of each effect of a set, over all models, from which the set is named: odds of 22 000, so
 that noise that is far from what it is taken for names none. Chosen; no sealed case has been counted for it yet."""

@@ -34,7 +34,7 @@ def read_tolerance(raw: float | str, measured: Measured, place: tuple[str, str])
         if not found:
             channels = ", ".join(f"{sensor} [{declared.unit}]" for sensor, declared in _list_sensors(measured).items())
             right = f"write a share of the noise ({TOLERANCE:g}), or a size in the unit of a channel: {channels}"
-            raise InputError([Fault(*place, f"{text.strip()!r} is of no channel", right)])
+            raise InputError([Fault(*place, f"{text.strip()!r} is of no channel, or out of its range", right)])
         sizes |= found
     return TOLERANCE, sizes
 

@@ -71,5 +71,10 @@ EFFECT = Effect(
     seen_in="curvature of the chamber pressures at the switch; mostly taken up by delay and effective area",
     isolated_by="discharge test of a solenoid alone, pressure sampled at 20 kHz or more",
     adjust=adjust,
-    search=Search(misstated=(Misstated("valve.solenoid.ramp_time", shift),)),
+    search=Search(
+        misstated=(
+            Misstated("valve.solenoid.ramp_time", shift),
+            Misstated("valve.solenoid.release_ramp_time", shift),
+        )
+    ),
 )

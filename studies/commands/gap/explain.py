@@ -63,10 +63,10 @@ def explain_gap(
     # What cannot be read or written is refused first; then the march is compiled, so that progress counts
     # the search alone.
     machine, measured = read_inputs(common, folder, without or ())
-    make_folder(out, overwrite)
-    compile_march(console, machine, measured)
     threshold = TOLERANCE if tolerance is None else tolerance
     read_tolerance(threshold, measured, ("command line", "--tolerance"))
+    make_folder(out, overwrite)
+    compile_march(console, machine, measured)
 
     # The file that the search begins with is read now: the machine that is found may be written over it.
     parent_text = read_parent(machine, common.machine_file, common.settings)

@@ -28,6 +28,8 @@ FORGOTTEN = 10_000
 """Samples after which noise has forgotten, so that what came before a longer gap says nothing."""
 UNEVEN = 0.01
 """Spread of the sampling intervals over their median, from which they are not one."""
+LONG_ORDER = 48
+"""Samples from which one is predicted where noise has a colour and a part without: such a sum has no end of them."""
 PIECES, PIECES_ALIKE = 50, 10.0
 """Pieces of a record over which a model's own error is constant, and over how many of them it stays alike: a fifth of
 the record, as a phase of a stroke or a cycle does."""
@@ -299,10 +301,10 @@ class Whitening:
     """
 
     def __init__(self, noise: Noise, times: np.ndarray) -> None:
-        self.noise, self.times = noise, times
+        self.noise, self.times = add_fast_half(noise), times
         self.is_even = not noise.order or _is_even(times)
         places = None if self.is_even else _find_places(times)
-        self.predictions = None if places is None else list(_predict_at(noise, places))
+        self.predictions = None if places is None else list(_predict_at(self.noise, places))
         self.common: tuple[np.ndarray, np.ndarray] | None = None
         waves = [np.empty((len(times), 0))]
         if self.is_even or self.predictions is not None:
@@ -328,26 +330,39 @@ class Whitening:
         if self.is_even:
             for lag, weight in enumerate(noise.predictors[-1], 1):
                 filtered[lag:] -= weight * columns[:-lag]
-            filtered /= _find_deviation(noise, noise.predictors[-1], noise.spread[-1] * noise.deviation)
+            filtered /= noise.spread[-1]
             for i in range(min(noise.order, len(columns))):
-                deviation = _find_deviation(noise, noise.predictors[i], noise.spread[i] * noise.deviation)
-                filtered[i] = (columns[i] - noise.predictors[i] @ columns[:i][::-1]) / deviation
+                filtered[i] = (columns[i] - noise.predictors[i] @ columns[:i][::-1]) / noise.spread[i]
+            filtered /= noise.deviation
         elif self.predictions is not None:
             for i, (first, weights, deviation) in enumerate(self.predictions):
-                filtered[i] = (columns[i] - weights @ columns[first:i]) / _find_deviation(noise, weights, deviation)
+                filtered[i] = (columns[i] - weights @ columns[first:i]) / deviation
         else:
             return _whitened_uneven(noise, filtered, self.times)
         return filtered
 
 
-def _find_deviation(noise: Noise, weights: np.ndarray, deviation: float) -> float:
-    """Standard deviation of a sample's prediction by some weights [SI], that of a discrepancy's fast half included.
+def add_fast_half(noise: Noise) -> Noise:
+    """Noise with the half of its discrepancy that differs from sample to sample.
 
-    `deviation` is that of the noise alone. What differs from sample to sample is in each sample that predicts, too.
+    The sum of a process and of what is independent has the process's covariances but for the variance; its predictors
+    follow from these, see `levinson`, up to `LONG_ORDER` samples.
+
+    >>> red = Noise(1.0, (np.zeros(0), np.array([0.8])), np.array([1.0, 0.6]), "stated", discrepancy=2.0**0.5)
+    >>> whole = add_fast_half(red)
+    >>> round(whole.deviation**2, 3), round(whole.colour, 3)
+    (2.0, 0.4)
     """
     if not noise.discrepancy:
-        return deviation
-    return float(np.sqrt(deviation**2 + 0.5 * noise.discrepancy**2 * (1.0 + weights @ weights)))
+        return noise
+    variance = noise.deviation**2 + 0.5 * noise.discrepancy**2
+    noise, share = noise._replace(deviation=float(np.sqrt(variance))), noise.deviation**2 / variance
+    if not noise.order:
+        return noise
+    correlation = share * _correlation(noise, max(LONG_ORDER, noise.order))
+    correlation[0] = 1.0
+    predictors, spread = levinson(correlation)
+    return noise._replace(predictors=predictors, spread=spread)
 
 
 def _is_even(times: np.ndarray) -> bool:
@@ -401,10 +416,8 @@ def _whitened_uneven(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np
     """Whiten columns of samples that come at different intervals: the correlation of neighbours fades with time."""
     intervals = np.diff(times)
     correlation = (max(noise.colour, 0.0) ** (intervals / np.median(intervals)))[:, None]
-    fast = 0.5 * (noise.discrepancy / noise.deviation) ** 2
-    deviations = np.sqrt(1.0 - correlation**2 + fast * (1.0 + correlation**2))
-    innovations = (columns[1:] - correlation * columns[:-1]) / deviations
-    return np.vstack([columns[:1] / np.sqrt(1.0 + fast), innovations]) / noise.deviation
+    innovations = (columns[1:] - correlation * columns[:-1]) / np.sqrt(1.0 - correlation**2)
+    return np.vstack([columns[:1], innovations]) / noise.deviation
 
 
 def list_slow_columns(samples: int, size: float) -> np.ndarray:

@@ -134,8 +134,8 @@ def _isolate(explanation: "Explanation", names: Sequence[str]) -> dict[str, Any]
     for name, entry in list_effects(explanation.calibrated.residuals.machine).items():
         on_rig = entry.isolated_on_rig if explanation.measured.bench == CYLINDER else ""
         isolated[name] = on_rig or entry.isolated_by
-    rows = [{"effect": name, "isolated_by": isolated[name]} for name in names[:MAX_EFFECTS] if name in isolated]
-    return {"isolate": rows}
+    rows = [{"effect": name, "isolated_by": isolated[name]} for name in names if name in isolated]
+    return {"isolate": rows[:MAX_EFFECTS]}
 
 
 def rank_experiments(explanation: "Explanation") -> dict[str, Any]:

@@ -43,13 +43,14 @@ def plot_curves(curves: "Sequence[EngineCurve]", added: str) -> Figure:
     """
     sensors = list(dict.fromkeys(curve.sensor for curve in curves))
     size = (WIDTH if len(sensors) > 1 else 0.6 * WIDTH, 4.6)
+    markers = mark_supplies(curves)
     figure, panels = open_panels(2, len(sensors), size, height_ratios=(2.4, 1), sharex=True)
     for column, sensor in enumerate(sensors):
         above, below = panels[:, column]
         own = [curve for curve in curves if curve.sensor == sensor]
-        draw_curves(above, own)
+        draw_curves(above, own, markers)
         above.set_xlabel("")
-        _draw_left(below, own)
+        _draw_left(below, own, markers)
         label_axes(below, x=("speed", "r/min"))
     panels[1, 0].set_ylabel("model less\nmeasured\n[noise σ]")
     figure.align_ylabels()
@@ -57,10 +58,17 @@ def plot_curves(curves: "Sequence[EngineCurve]", added: str) -> Figure:
     return figure
 
 
-def draw_curves(axis: Axes, curves: "Sequence[EngineCurve]") -> Axes:
+def mark_supplies(curves: "Sequence[EngineCurve]") -> dict[str, str]:
+    """The marker of each supply pressure, by its label: the same in all panels."""
+    labels = dict.fromkeys(curve.label for curve in curves)
+    return {label: MARKERS[number % len(MARKERS)] for number, label in enumerate(labels)}
+
+
+def draw_curves(axis: Axes, curves: "Sequence[EngineCurve]", markers: dict[str, str]) -> Axes:
     """Draw one mean over the speed at all supply pressures, with the models, and give the axes back."""
     shown = find_display(curves[0].points[0].block)
-    for curve, marker in zip(curves, _cycle_markers(len(curves)), strict=True):
+    for curve in curves:
+        marker = markers[curve.label]
         speeds = _to_rpm(curve.speeds)
         stated, spread = shown.convert(curve.stated), KNOWN * shown.convert(curve.spread)
         axis.fill_between(speeds, stated - spread, stated + spread, zorder=0, **SHADE)
@@ -81,16 +89,15 @@ def draw_curves(axis: Axes, curves: "Sequence[EngineCurve]") -> Axes:
 def list_handles(curves: "Sequence[EngineCurve]", added: str) -> list[Line2D | Patch]:
     """Entries of the legend of curves; the supply pressures where there are several."""
     points = [point for curve in curves for point in curve.points]
-    labels = list(dict.fromkeys(curve.label for curve in curves))
+    markers = mark_supplies(curves)
     mark = {"ls": "", "marker": MARKERS[0], "ms": 5, "color": INK}
     handles: list[Line2D | Patch] = []
     for is_fitted, label in ((True, "measured, ±2σ of the noise"), (False, "not fitted")):
         chosen = [point for point in points if (point.role == FIT) == is_fitted]
         if chosen:
             handles.append(legend_handle(label=label, mfc=_fill(chosen[0]), **mark))
-    if len(labels) > 1:
-        markers = zip(labels, _cycle_markers(len(labels)), strict=True)
-        handles += [legend_handle(label=label, **mark | {"marker": marker}) for label, marker in markers]
+    if len(markers) > 1:
+        handles += [legend_handle(label=label, **mark | {"marker": marker}) for label, marker in markers.items()]
     handles += [
         legend_handle(label="machine file as it is", **STATED),
         Patch(label="what is known of it, ±2σ", **SHADE),
@@ -101,10 +108,11 @@ def list_handles(curves: "Sequence[EngineCurve]", added: str) -> list[Line2D | P
     return handles
 
 
-def _draw_left(axis: Axes, curves: "Sequence[EngineCurve]") -> None:
+def _draw_left(axis: Axes, curves: "Sequence[EngineCurve]", markers: dict[str, str]) -> None:
     """Draw what the models leave of each mean over its noise, before and after something was added."""
     axis.axhspan(-NOISE_BAND, NOISE_BAND, color="0.93", lw=0, zorder=0)
-    for curve, marker in zip(curves, _cycle_markers(len(curves)), strict=True):
+    for curve in curves:
+        marker = markers[curve.label]
         speeds = [_to_rpm(point.block.run.speed) for point in curve.points]
         before = [(point.before[0] - point.block.values[0]) / point.noise for point in curve.points]
         axis.plot(speeds, before, marker=marker, ms=4, **CALIBRATED | {"lw": 0.8})
@@ -119,11 +127,6 @@ def _draw_left(axis: Axes, curves: "Sequence[EngineCurve]") -> None:
 def _fill(point: "ComparedSignal") -> str:
     """Inside of a marker: hollow where nothing was fitted to the run."""
     return INK if point.role == FIT else "white"
-
-
-def _cycle_markers(count: int) -> list[str]:
-    """So many markers, the first ones again where there are more than there are kinds."""
-    return [MARKERS[number % len(MARKERS)] for number in range(count)]
 
 
 def _to_rpm(speed: Any) -> Any:

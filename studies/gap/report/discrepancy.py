@@ -49,9 +49,9 @@ def format_sizes(sizes: dict[str, dict[str, Any]], digits: int = 2) -> str:
     """Sizes of channels as `--tolerance` takes them, each unit once, with the largest size of it.
 
     >>> format_sizes({"pressure_a": {"value": 2.04, "unit": "kPa"}, "pressure_b": {"value": 1.0, "unit": "kPa"}})
-    '2.0 kPa'
+    '2 kPa'
     """
     largest: dict[str, float] = {}
     for size in sizes.values():
         largest[size["unit"]] = max(size["value"], largest.get(size["unit"], 0.0))
-    return ", ".join(f"{float(f'{value:.{digits}g}'):#.{digits}g} {unit}" for unit, value in largest.items())
+    return ", ".join(f"{float(f'{value:.{digits}g}'):g} {unit}" for unit, value in largest.items())

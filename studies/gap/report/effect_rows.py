@@ -12,6 +12,7 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import DECLARED, corrections, shown, value_of
 from apesim.studies.estimation.profile_likelihood import End, EndKind
 from apesim.studies.gap.report.rounding import NORMAL_95, find_error, round_to_error
+from apesim.studies.gap.search.file_numbers import list_misstated
 from apesim.studies.gap.search.intervals import find_shapes
 
 
@@ -98,7 +99,7 @@ def _describe(model: Model, places: Iterable[int]) -> list[dict[str, Any]]:
 
 def _describe_misstated(machine: Machine, key: str, strength: float) -> Iterator[dict[str, str]]:
     """Numbers of the machine file that do the same as an effect where they are wrong, with what they would be."""
-    for misstated in MISSTATED.get(key, ()):
+    for misstated in list_misstated(machine, MISSTATING[key]) if key in MISSTATING else ():
         number = value_of(machine, misstated.key)
         declared: Any = DECLARED[misstated.key]
         right = float(np.clip(misstated.correct(number, strength), *declared.ends))
@@ -143,11 +144,12 @@ def find_ends(model: Model, j: int) -> Sequence[End]:
     return [End(end, kind, x) for end, kind in zip(ends, kinds, strict=True)]
 
 
-MISSTATED = {
-    f"effects.{effect.name}.{(effect.strengths or effect.parameters._fields)[0]}": effect.search.misstated  # type: ignore[attr-defined]
+MISSTATING = {
+    f"effects.{effect.name}.{(effect.strengths or effect.parameters._fields)[0]}": effect  # type: ignore[attr-defined]
     for effect in ALL_EFFECTS
+    if effect.search.misstated
 }
-"""Numbers of the machine file that do the same where they are wrong, by key of an effect's strength."""
+"""Effects that are errors of numbers of the machine file, by the key of their strength."""
 SHAPES = {effect.name: effect.search.shapes for effect in ALL_EFFECTS}
 """Parameters beside the strengths that a fit frees, by name of effect."""
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from apesim.engine.angles import DEGREE
+from apesim.studies.estimation.noise.discrepancy import state_discrepancy
 from apesim.studies.estimation.noise.process import noise_for
 from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals, unless_ended
@@ -218,7 +219,7 @@ def _find_spread(model: "Model", runs: Sequence[MeasuredRun], sensors: Sequence[
     """
     own = model.residuals
     parameters: list[Parameter] = [parameter for parameter in own.parameters if parameter.prior]
-    residuals = WhitenedResiduals(own.machine, runs, parameters, own.noise)
+    residuals = WhitenedResiduals(own.machine, runs, parameters, state_discrepancy(own.noise, {}))
     x = np.zeros(len(parameters))
     try:
         errors = residuals.at(x)

@@ -81,7 +81,7 @@ def compare_candidates(explanation: "Explanation") -> list[TriedCandidate]:
 def describe_added(explanation: "Explanation") -> str:
     """The part that was added to the machine, in words."""
     model = explanation.best
-    added = [format_name(each.name) for each in model.candidates]
+    added = [format_key(each.name) for each in model.candidates]
     return f"with {' and '.join([*added, *(f'{format_key(key)} corrected' for key in model.corrected)])}"
 
 

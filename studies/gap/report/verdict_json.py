@@ -317,7 +317,7 @@ def write_discrepancy(explanation: "Explanation") -> str:
     if stated := describe_discrepancy(explanation.calibrated):
         return f" The model is taken to be good to {format_sizes(stated)}."
     if decision.verdict == Verdict.REFUSED and decision.best and decision.reason.kind in LEAVING:
-        left, nearest = format_sizes(describe_left(decision.best.model)), _list_choices([decision.best]).capitalize()
+        left, nearest = format_sizes(describe_left(decision.best.model)), _capitalise(_list_choices([decision.best]))
         return f' {nearest} comes nearest. If a model that is off by {left} will do, say --tolerance "{left}".'
     return ""
 
@@ -370,7 +370,7 @@ def write_sentence(explanation: "Explanation") -> str:
     if decision.verdict == Verdict.NAMED_CLASS:
         others = " or ".join([_list_choices(decision.rivals), *map(_format_part, _list_same_in_record(decision))])
         if all(candidate.is_file_number for candidate in best.candidates):
-            return f"{_say_wrong(rows).capitalize()}: {said}, or what these data do not distinguish from it: {others}."
+            return f"{_capitalise(_say_wrong(rows))}: {said}, or what these data do not distinguish from it: {others}."
         opening = "The gap is" if recorded else "The model lacks"
         return f"{opening} {said}, or what these data do not distinguish from it: {others}.{wrong}"
     if not lacks:

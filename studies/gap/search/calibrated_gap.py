@@ -9,7 +9,7 @@ from apesim.engine.machine import Machine
 from apesim.studies.estimation.calibration import calibrate, elsewhere
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
-from apesim.studies.estimation.noise.discrepancy import list_discrepancies, state_discrepancy
+from apesim.studies.estimation.noise.discrepancy import list_discrepancies
 from apesim.studies.estimation.noise.estimation import (
     from_what_nothing_explains,
     hum_of_what_nothing_explains,
@@ -92,7 +92,8 @@ def score_candidates(
     sensitivities = find_sensitivities(residuals, calibrated.fitted, candidates, work)
     of_faults = find_fault_sensitivities(residuals, calibrated.fitted, faults, work)
     known = is_known(residuals.noise)
-    if known and not may_hum(residuals.noise):
+    # What a model may be off by, where that is stated, hides what more could be told of the noise.
+    if (known and not may_hum(residuals.noise)) or list_discrepancies(residuals.noise):
         return calibrated, sensitivities, of_faults
     effects = [sensitivity.effect for sensitivity in (*sensitivities, *of_faults)]
     space = find_nuisance_space(np.column_stack([calibrated.fitted.jacobian, *effects]))
@@ -106,7 +107,7 @@ def score_candidates(
         )
     if noise is None:
         return calibrated, sensitivities, of_faults
-    residuals = residuals.with_noise(state_discrepancy(noise, list_discrepancies(residuals.noise)))
+    residuals = residuals.with_noise(noise)
     calibrated = Model((), residuals, descend(residuals, x, steps=calibrated.fitted.steps))
     return (
         calibrated,

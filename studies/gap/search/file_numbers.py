@@ -5,11 +5,13 @@ library stands for it. Each such number is tried as one candidate; what is found
 """
 
 from collections.abc import Iterator, Sequence
-from math import isfinite, radians
+from math import isfinite, isnan, radians
 from typing import NamedTuple
 
+from apesim.effect import Effect, Misstated
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.machine import Machine
+from apesim.engine.stated_uncertainties import is_of_absent_valve
 from apesim.studies.estimation.parameters import DECLARED, Parameter, value_of
 from apesim.studies.estimation.priors import find_idle, priors_of
 from apesim.studies.gap.search.candidates import Candidate
@@ -24,11 +26,12 @@ class Suspect(NamedTuple):
 
     key: str
     size: float
-    """Size of an error that a search begins with: a share of the number where it is relative, else SI."""
+    """Size of an error that a search begins with: a share of the number where it is relative, else SI; negative: the
+    file says too much."""
     relative: bool = True
     """Whether the size is a share of the number."""
-    highest: float = MAX_SIZES
-    """Sizes up to which it may be more than the file says."""
+    lowest: float = -MAX_SIZES
+    """Sizes up to which it may be wrong in the other way; 0: in this way alone."""
 
 
 SUSPECTS = {
@@ -38,7 +41,7 @@ SUSPECTS = {
         Suspect("valve.moving_mass", 0.1),
         Suspect("valve.spring_rate", 0.1),
         # A volume that the file leaves out is the effect dead_volume; one that it counts twice is not.
-        Suspect("valve.clearance_volume", 0.1, highest=0.0),
+        Suspect("valve.clearance_volume", -0.1, lowest=0.0),
         Suspect("valve.solenoid.ramp_time", 0.1),
     ),
     ENGINE: (
@@ -75,7 +78,7 @@ def find_file_numbers(
     >>> [candidate.name for candidate in found][:3]
     ['valve.stroke', 'valve.piston_area', 'valve.moving_mass']
     """
-    known = {*without, *(prior.key for prior in priors_of(machine, measured)), *_list_stood_for(candidates)}
+    known = {*without, *(prior.key for prior in priors_of(machine, measured)), *_list_stood_for(machine, candidates)}
     return [
         Candidate(suspect.key, (_make_error(machine, suspect),), ())
         for suspect in list_suspects(measured.bench)
@@ -89,21 +92,34 @@ def _is_tried(machine: Machine, suspect: Suspect) -> bool:
     return isfinite(number) and not (suspect.relative and not number) and not find_idle(machine, suspect.key)
 
 
-def _list_stood_for(candidates: Sequence[Candidate]) -> Iterator[str]:
+def list_misstated(machine: Machine, effect: Effect) -> list[Misstated]:
+    """The numbers of a machine whose errors together do the same as an effect; none where one of them is overruled.
+
+    >>> from apesim.valve.effects import slow_ramp
+    >>> [each.key for each in list_misstated(Machine(), slow_ramp.EFFECT)]  # both edges have this ramp
+    ['valve.solenoid.ramp_time']
+    """
+    there = [
+        each
+        for each in effect.search.misstated
+        if not isnan(value_of(machine, each.key)) and not is_of_absent_valve(machine, each.key)
+    ]
+    return [] if any(find_idle(machine, each.key) for each in there) else there
+
+
+def _list_stood_for(machine: Machine, candidates: Sequence[Candidate]) -> Iterator[str]:
     """Keys of the numbers that an effect among candidates stands for, on both sides of what the file says."""
-    searched = {candidate.name for candidate in candidates}
+    searched = {candidate.name: candidate for candidate in candidates}
     for effect in ALL_EFFECTS:
-        misstated = effect.search.misstated
-        if effect.name in searched and len(misstated) == 1:
-            (strength, *_) = (c.strengths[0] for c in candidates if c.name == effect.name)
-            if strength.low < 0.0:
-                yield misstated[0].key
+        misstated = list_misstated(machine, effect) if effect.name in searched else []
+        if len(misstated) == 1 and searched[effect.name].strengths[0].low < 0.0:
+            yield misstated[0].key
 
 
 def _make_error(machine: Machine, suspect: Suspect) -> Parameter:
     """An error of a number as a scaled parameter that is off at x = 0."""
     number = value_of(machine, suspect.key)
-    low, high = DECLARED[suspect.key].ends
     unit = suspect.size * (number if suspect.relative else 1.0)
-    ends = max((low - number) / unit, -MAX_SIZES), min((high - number) / unit, suspect.highest)
+    low, high = sorted((end - number) / unit for end in DECLARED[suspect.key].ends)
+    ends = max(low, suspect.lowest), min(high, MAX_SIZES)
     return Parameter(suspect.key, suspect.size, *ends, number, shifts=True, relative=suspect.relative)

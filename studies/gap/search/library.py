@@ -231,4 +231,5 @@ def find_faults(without: Iterable[str], machine: Machine) -> list[tuple[str, str
     """
     known = {effect.name for effect in library_of(getattr(machine, "effects", None))}
     known |= {suspect.key for bench in Bench for suspect in SUSPECTS[bench]}
-    return [("without", f"{name!r} is no effect", "see apesim gap effects") for name in without if name not in known]
+    right = "see apesim gap effects, or give the key of a number"
+    return [("without", f"{name!r} is no effect", right) for name in without if name not in known]

@@ -38,8 +38,9 @@ class Column(NamedTuple):
         """Values x of the candidate's parameters where it does as many times as much."""
         if self.probe:
             return self.probe.scale(factor)
-        strengths = len(self.candidate.strengths)
-        return tuple(value * factor for value in self.x[:strengths]) + self.x[strengths:]
+        number = len(self.candidate.strengths)
+        strengths = zip(self.candidate.strengths, self.x[:number], strict=True)
+        return tuple(min(max(x * factor, p.low), p.high) for p, x in strengths) + self.x[number:]
 
 
 class LinearModel(NamedTuple):
@@ -93,7 +94,9 @@ def linearise_best(model: Model, sensitivities: Sequence[Sensitivity]) -> Linear
     space = find_nuisance_space(jacobian[:, : len(model.fitted.x) - model.added])
     columns: list[Column] = []
     for number in range(len(model.candidates)):
-        change = jacobian[:, model.places(number)] @ model.own(number)
+        # A shape stays: it does nothing where the strengths are off, and has no value at which it is off.
+        own = range(len(model.candidates[number].strengths))
+        change = jacobian[:, model.places(number)][:, own] @ model.own(number)[own]
         errors = errors - change
         columns += _from_fit(model, number, space.project_out(change))
     for each in sensitivities:
@@ -167,8 +170,14 @@ def _solve_sets(
     if not len(sets):
         return
 
-    # All sets of this size at once; of a set that needs a size of the wrong sign a smaller one does the work.
+    # Of three, two may do what the third does, too.
     normal = cosines[sets[:, :, None], sets[:, None, :]]
+    is_apart = np.linalg.eigvalsh(normal)[:, 0] > 1.0 - MAX_COSINE
+    sets, normal = sets[is_apart], normal[is_apart]
+    if not len(sets):
+        return
+
+    # All sets of this size at once; of a set that needs a size of the wrong sign a smaller one does the work.
     seen = scores[sets]
     weights = np.linalg.solve(normal, seen[:, :, None])[:, :, 0]
     falls = np.sum(weights * seen, axis=1)

@@ -11,7 +11,8 @@ def find_implausible(model: Model) -> Reason | None:
     """The reason for which a fitted model is refused by its own numbers; None: they are plausible.
 
     More than `MAX_CORRECTED` numbers of the machine are pulled beyond `MAX_PULL`, or one beyond `MAX_CORRECTION`, or a
-    strength is beyond its range by more than `MAX_EXCESS` standard deviations of its estimate.
+    strength is beyond its range by more than `MAX_EXCESS` standard deviations of its estimate, or a number of the file
+    that counts as exact is at the end of what is tried.
 
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> model = explain_example().best
@@ -28,6 +29,8 @@ def find_implausible(model: Model) -> Reason | None:
     sigmas = np.sqrt(np.diag(model.fitted.covariance))
     for parameter, x, sigma in zip(model.residuals.parameters, model.fitted.x, sigmas, strict=True):
         low, high = parameter.ends
+        if parameter.is_file_number and not low < x < high:
+            return ReasonKind.BEYOND_ITS_RANGE.with_facts(key=parameter.key)
         if parameter.reach > 1.0 and (x - MAX_EXCESS * sigma > high or x + MAX_EXCESS * sigma < low):
             return ReasonKind.BEYOND_ITS_RANGE.with_facts(key=parameter.key)
     return None

@@ -62,7 +62,7 @@ def refit(
 
 
 def probe_large_sizes(base: Model, candidate: Candidate) -> tuple[float, tuple[float, ...], int]:
-    """Switch a candidate on by a quarter, half and all of its range, and find which size leaves least of the gap.
+    """Switch a candidate on by a quarter, half and all of its scale, and find which size leaves least of the gap.
 
     Gives the least sum of squares [standard deviations squared], the values x there, and the number of simulations; inf
     and () where none comes to its end. Nothing is fitted but the nuisances, in a linear model, so an effect is seen to

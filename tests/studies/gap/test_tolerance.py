@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from apesim import InputError, Machine
-from apesim.studies.estimation.noise.process import Whitening, list_slow_columns, white
+from apesim.studies.estimation.noise.process import Noise, Whitening, list_slow_columns, white
 from apesim.studies.gap.example_bench import list_left_out, read_example
 from apesim.studies.gap.report.discrepancy import describe_discrepancy, describe_left
 from apesim.studies.gap.report.effect_rows import describe_effects
@@ -45,6 +45,23 @@ def test_white_noise_with_such_an_error_is_white_once_it_is_whitened(times):
     assert abs(covariance[0, 1:].mean()) < 0.01
     plain = Whitening(white(3e-5, "stated"), times).whiten(seen)
     assert (plain**2).mean() > 3.0
+
+
+def test_coloured_noise_with_such_an_error_is_white_once_it_is_whitened():
+    rng, size, draws, times = np.random.default_rng(1), 3e-5, 4000, np.arange(200) * 1e-3
+    red = Noise(3e-5, (np.zeros(0), np.array([0.9])), np.array([1.0, np.sqrt(0.19)]), "stated")
+    samples = np.zeros((len(times), draws))
+    samples[0] = rng.normal(0.0, 3e-5, draws)
+    for i in range(1, len(times)):
+        samples[i] = 0.9 * samples[i - 1] + rng.normal(0.0, 3e-5 * np.sqrt(0.19), draws)
+    slow = list_slow_columns(len(times), size * np.sqrt(0.5))
+    samples += rng.normal(0.0, size * np.sqrt(0.5), samples.shape) + slow @ rng.standard_normal((slow.shape[1], draws))
+    whitened = Whitening(red._replace(discrepancy=size), times).whiten(samples)
+    covariance = whitened @ whitened.T / draws
+    assert np.linalg.eigvalsh(covariance) == pytest.approx(1.0, abs=0.55)  # of so many draws alone 0.6 to 1.5
+    for periods in (1, 10, 90):
+        shape = np.sin(2.0 * np.pi * periods * np.arange(len(times)) / len(times))
+        assert (shape @ covariance @ shape) / (shape @ shape) == pytest.approx(1.0, abs=0.1)
 
 
 def bent(size):

@@ -3,13 +3,15 @@
 import pytest
 
 from apesim import InputError, Machine
+from apesim.engine.effects import exhaust_timing
 from apesim.studies.gap.example_bench import list_left_out
 from apesim.studies.gap.report.verdict_json import write_sentence
 from apesim.studies.gap.search.candidates import find_candidates
-from apesim.studies.gap.search.file_numbers import SUSPECTS, find_file_numbers
+from apesim.studies.gap.search.file_numbers import SUSPECTS, find_file_numbers, list_misstated
 from apesim.studies.gap.search.library import select_effects
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import ENGINE, VALVE, Measured
+from apesim.valve.effects import slow_ramp
 from tests.gap_bench import BUT_RIVALS
 from tests.truth.simulator.valve import Bench
 
@@ -45,12 +47,24 @@ def test_only_errors_that_can_be_are_tried():
     assert "engine.receiver.volume" not in suspects_of(Machine.load(None, ["engine.receiver.volume=inf"]), ENGINE)
 
 
+def test_an_effect_is_an_error_of_all_numbers_that_it_acts_on_and_of_none_that_is_overruled():
+    def keys(effect, *settings):
+        return [each.key for each in list_misstated(Machine.load(None, settings), effect)]
+
+    ramps = ["valve.solenoid.ramp_time", "valve.solenoid.release_ramp_time"]
+    assert keys(slow_ramp.EFFECT, "valve.solenoid.release_ramp_time=1 ms") == ramps
+    assert keys(slow_ramp.EFFECT) == ramps[:1]
+    assert len(keys(exhaust_timing.EFFECT)) == 2
+    assert len(keys(exhaust_timing.EFFECT, "engine.exhaust_2.effective_area=1 cm^2")) == 4
+
+
 def test_a_number_stays_within_what_a_machine_file_takes():
     machine = Machine()
     for suspect in find_file_numbers(machine, Measured("", {}, (), ENGINE), []):
         parameter = suspect.strengths[0]
         low, high = parameter.declaration.ends
-        assert low <= parameter.value(parameter.low) < parameter.value(parameter.high) <= high
+        first, last = sorted(parameter.value(x) for x in (parameter.low, parameter.high))
+        assert low <= first < last <= high
         assert parameter.value(0.0) == parameter.origin
 
 

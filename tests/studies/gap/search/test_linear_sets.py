@@ -54,6 +54,16 @@ def test_three_are_found_where_no_two_will_do():
     assert found.cost == pytest.approx(0.0, abs=1e-9)
 
 
+def test_of_three_that_depend_on_one_another_no_set_is_made():
+    both = (BASIS[0] + BASIS[1]) / np.sqrt(2.0)
+    columns = [column("opens", BASIS[0]), column("closes", BASIS[1]), column("timing", both), column("d", BASIS[2])]
+    sets = {each.names for each in ranked(columns, 5.0 * BASIS[0] + BASIS[3])}
+    assert {"opens", "closes", "timing"} not in sets
+    assert {"opens", "closes", "d"} in sets
+    flat = [column(name, shape[:2]) for name, shape in zip("abcd", 3.0 * BASIS, strict=False)]
+    assert max(len(each.names) for each in rank_sets(LinearModel(flat, np.ones(2)), PENALTY)) == 2
+
+
 def test_a_strength_that_cannot_be_negative_is_not_asked_to_be():
     columns = [column("leak", BASIS[0], low=0.0), column("force", BASIS[1])]
     names = [each.names for each in ranked(columns, -10.0 * BASIS[0] + BASIS[1])]
@@ -86,6 +96,19 @@ def test_about_a_fit_the_linear_model_foresees_that_fit_and_what_the_others_woul
     for names, model in fits.items():
         if len(names) == 2 and "side_force" in names:
             assert foreseen[names] == pytest.approx(model.fitted.cost, abs=2.0)
+
+
+def test_a_shape_stays_where_its_effect_is_taken_to_be_off():
+    [model] = [choice.model for choice in explain_example().fits if choice.names == ("coulomb_friction",)]
+    [candidate] = model.candidates
+    strengths, places = len(candidate.strengths), model.places(0)
+    assert strengths < len(places)
+    shapes = model.fitted.jacobian[:, places[strengths:]]
+    for factor in (1.0, 3.0):  # what a shape would do counts for nothing
+        jacobian = np.array(model.fitted.jacobian)
+        jacobian[:, places[strengths:]] = factor * shapes
+        other = model._replace(fitted=model.fitted._replace(jacobian=jacobian))
+        assert np.array_equal(linearise_best(other, []).errors, linearise_best(model, []).errors)
 
 
 def test_no_set_is_fitted_twice_and_every_fit_is_as_good_as_what_it_contains():
