@@ -2,11 +2,10 @@
 
 import argparse
 import sys
-import time
 
 from tests.folders import find_commit
 
-from .campaign import run_campaign, summarise
+from .campaign import run_campaign, start_clock, summarise
 from .record import add_round, find_next_seed
 
 NAMES = ("inputs", "archives", "kills", "cluster", "failures", "machines", "agreement", "mutants")
@@ -21,17 +20,11 @@ def main():
     parser.add_argument("--save", action="store_true", help="add the round to the record")
     parser.add_argument("--jobs", type=int, default=1, help="trials at a time")
     given = parser.parse_args()
-    start = time.monotonic()
-
-    def tell(done, number):
-        left = (time.monotonic() - start) / done * (number - done)
-        print(f"\r{done} of {number}, some {left / 60.0:.0f} min left ", end="", file=sys.stderr, flush=True)
-
     first = find_next_seed(given.name) if given.first is None else given.first
     if given.save and (first < find_next_seed(given.name) or find_commit().endswith("-dirty")):
         parser.error("a round that is kept has seeds of its own, and is made by a commit")
     seeds = range(first, first + given.trials)
-    found = run_campaign(f"tests.campaigns.{given.name}", seeds, given.out, given.jobs, tell=tell)
+    found = run_campaign(f"tests.campaigns.{given.name}", seeds, given.out, given.jobs, tell=start_clock())
     print(file=sys.stderr)
     for word, number, first, is_broken in summarise(found):
         print(f"{'BROKEN ' if is_broken else ''}{word}: {number}, seeds {', '.join(map(str, first))}")

@@ -94,6 +94,17 @@ def run_campaign(name, seeds, out, jobs=1, longest=None, tell=None):
     return {seed: found[seed] for seed in seeds}
 
 
+def start_clock():
+    """A function that is told how many trials are done, of how many, and writes it with the time that is left."""
+    start = time.monotonic()
+
+    def tell(done, number):
+        left = (time.monotonic() - start) / done * (number - done)
+        print(f"\r{done} of {number}, some {left / 60.0:.0f} min left ", end="", file=sys.stderr, flush=True)
+
+    return tell
+
+
 def read_outcomes(path):
     """Outcomes of a file by seed; a last line that was cut off counts for nothing."""
     found = {}

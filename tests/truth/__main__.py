@@ -5,11 +5,19 @@
 active --first N --cases N --out DIR`` counts the added runs that lead from a refusal or a tie to a name. ``python -m
 tests.truth calibrate --first N --cases N --out DIR --to FILE`` fits the probabilities of statements to sealed cases
 that no benchmark scores. ``python -m tests.truth again --cases N --out DIR`` measures rigs of solved cases that got a
-name once more, and lets the machines that were written explain the fresh data.
+name once more, and lets the machines that were written explain the fresh data. ``python -m tests.truth wrong-numbers
+--cases N --out DIR`` lets machine files with one wrong number explain data of the rig.
 """
 
 import argparse
+import os
+import sys
 from pathlib import Path
+
+from tests.campaigns import wrong_numbers
+from tests.campaigns.campaign import run_campaign, start_clock
+from tests.campaigns.record import add_round, find_next_seed
+from tests.folders import find_commit
 
 from .scoring.active import run_loops, seeds_from, table
 from .scoring.again import HEADS, repeat_named, rows_again
@@ -52,6 +60,13 @@ def main():
     again = commands.add_parser("again", help="let child machines explain fresh data of their rigs")
     again.add_argument("--cases", type=int, required=True, help="the first so many that got a name")
     again.add_argument("--out", required=True, help="folder of solved cases; what is there already is kept")
+    wrong = commands.add_parser("wrong-numbers", help="let machine files with one wrong number explain data")
+    wrong.add_argument("--cases", type=int, required=True)
+    wrong.add_argument(
+        "--first", type=int, help=f"first seed; development's are those below {wrong_numbers.FIRST} (default: the next)"
+    )
+    wrong.add_argument("--out", required=True, help="folder; what is there already is kept")
+    wrong.add_argument("--save", action="store_true", help="add the round to the record")
     given = parser.parse_args()
     if given.command == "challenge":
         make(given.seed, given.out, given.bank and Bank(given.bank))
@@ -62,6 +77,18 @@ def main():
         write(calibrate(benchmark(seeds, given.out, tools, given.jobs)["apesim"]), given.to)
     elif given.command == "again":
         print(markdown(HEADS, rows_again(repeat_named(given.out, given.cases, Bank(Path(given.out) / "bank")))))
+    elif given.command == "wrong-numbers":
+        following = max(wrong_numbers.FIRST, find_next_seed(wrong_numbers.NAME))
+        first = following if given.first is None else given.first
+        if given.save and (first < following or find_commit().endswith("-dirty")):
+            parser.error("a round that is kept has seeds of its own, and is made by a commit")
+        seeds = range(first, first + given.cases)
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # in the process of the trials, as on the command line
+        found = run_campaign(wrong_numbers.__name__, seeds, given.out, tell=start_clock())
+        print(file=sys.stderr)
+        print(markdown(wrong_numbers.HEADS, [wrong_numbers.list_cells(seed, one) for seed, one in found.items()]))
+        if given.save:
+            add_round(wrong_numbers.NAME, found)
     else:
         tools = {name: TOOLS[name] for name in given.tools}
         end = given.first + given.cases
