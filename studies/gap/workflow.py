@@ -26,6 +26,7 @@ from apesim.studies.gap.decide.held_out import (
     leave_one_out,
     settle,
 )
+from apesim.studies.gap.decide.left import is_good_enough
 from apesim.studies.gap.decide.odd_files import OddChannel, find_odd_channels
 from apesim.studies.gap.decide.operating_points import find_points, label_point
 from apesim.studies.gap.decide.verdict import decide
@@ -204,8 +205,9 @@ def _judge_fits(
     facts, cells = replace(facts, choices=tuple(ranked), judged=judged, odd_before=tuple(odd)), explanation.cells
     # The gap is what the best model takes of the residuals; where none earns its place, they are all there is.
     if not facts.has_no_gain:
-        cells, left = _localise_explained(gap, facts.best.model), compare_model_with_noise(facts.best.model, gap)
-        facts = replace(facts, left_chance=left.p_value)
+        best = facts.best.model
+        cells = _localise_explained(gap, best)
+        facts = replace(facts, left_chance=1.0 if is_good_enough(best) else compare_model_with_noise(best, gap).p_value)
     if ranked:
         best = ranked[0].model
         facts = replace(facts, odd_after=tuple(find_odd_channels(best.residuals, best.fitted.data_residuals)))

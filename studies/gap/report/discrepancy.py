@@ -2,12 +2,10 @@
 
 from typing import Any
 
-import numpy as np
-
 from apesim.quantities.units import unit as unit_of
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.discrepancy import list_discrepancies
-from apesim.studies.gap.thresholds import WINDOWS
+from apesim.studies.gap.decide.left import find_left
 from apesim.studies.measured.sensors import SENSORS
 
 
@@ -19,20 +17,14 @@ def describe_discrepancy(model: Model) -> dict[str, dict[str, Any]]:
 def describe_left(model: Model) -> dict[str, dict[str, Any]]:
     """What a model leaves of each channel, noise averaged out: ``value`` in ``unit``.
 
-    It is the root mean square of the means over `WINDOWS` windows of each run, of measured less predicted.
+    See `find_left`.
 
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> left = describe_left(explain_example().calibrated)["lift"]
     >>> left["unit"], bool(0.01 < left["value"] < 0.03)  # noise of 0.03 mm over three samples, and the gap
     ('mm', True)
     """
-    squares: dict[str, list[np.ndarray]] = {}
-    for block, predicted in zip(model.residuals.blocks, model.residuals.predicted(model.fitted.x), strict=True):
-        windows = np.array_split(block.values - predicted, min(WINDOWS, len(block.values)))
-        squares.setdefault(block.sensor, []).append(np.array([window.mean() for window in windows]) ** 2)
-    return _in_units(
-        model, {sensor: float(np.sqrt(np.mean(np.concatenate(every)))) for sensor, every in squares.items()}
-    )
+    return _in_units(model, find_left(model))
 
 
 def _in_units(model: Model, sizes: dict[str, float]) -> dict[str, dict[str, Any]]:

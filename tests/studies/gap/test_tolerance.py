@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from apesim import InputError, Machine
+from apesim.studies.estimation.noise.discrepancy import state_discrepancy
 from apesim.studies.estimation.noise.process import Noise, Whitening, list_slow_columns, white
-from apesim.studies.gap.example_bench import list_left_out, read_example
+from apesim.studies.gap.decide.left import find_left, is_good_enough
+from apesim.studies.gap.example_bench import explain_example, list_left_out, read_example
 from apesim.studies.gap.report.discrepancy import describe_discrepancy, describe_left
 from apesim.studies.gap.report.effect_rows import describe_effects
 from apesim.studies.gap.tolerance import read_tolerance
@@ -86,6 +88,17 @@ def test_an_effect_is_named_within_what_the_model_may_be_off():
     assert low < 3.0 < high
     assert describe_discrepancy(found.best) == {"lift": {"value": pytest.approx(0.04), "unit": "mm"}}
     assert describe_left(found.best)["lift"]["value"] == pytest.approx(0.04 / np.sqrt(2.0), rel=0.3)
+
+
+def test_a_model_is_good_enough_that_leaves_less_of_every_channel():
+    explanation = explain_example()
+    size = find_left(explanation.best)["lift"]
+
+    def is_within(**sizes):
+        noise = state_discrepancy(explanation.noise, sizes)
+        return is_good_enough(explanation.best._replace(residuals=explanation.best.residuals.with_noise(noise)))
+
+    assert [is_within(lift=1.01 * size), is_within(lift=0.99 * size), is_within()] == [True, False, False]
 
 
 def test_what_is_smaller_than_the_model_may_be_off_is_not_named():
