@@ -13,7 +13,8 @@ from apesim import InputError, Machine
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.quantities.units import unit
 from apesim.studies.estimation.parameters import value_of
-from apesim.studies.gap.report.effect_rows import MISSTATED, describe_numbers
+from apesim.studies.gap.report.effect_rows import MISSTATING, describe_numbers
+from apesim.studies.gap.search.file_numbers import list_misstated
 from apesim.studies.gap.workflow import explain
 from tests.truth.sealed.library import ENGINE
 from tests.truth.sealed.wrong_numbers import BLOCK, OF_VALVE, draw_wrong_number, write_wrong_number
@@ -58,7 +59,7 @@ class Told(NamedTuple):
     """What a case was, and what was said of it; as text, the detail of an outcome."""
 
     error: str
-    """By how much the file errs."""
+    """Size of the error of the file, as text."""
     rig: str
     sigmas: str
     verdict: str
@@ -178,7 +179,7 @@ def find_interval(key, rows, machine):
             continue
         if row["key"] == key:
             return tuple(row["interval_95"])
-        for number in MISSTATED.get(row["key"], ()):
+        for number in list_misstated(machine, MISSTATING[row["key"]]) if row["key"] in MISSTATING else ():
             if number.key == key:
                 strengths = [end * unit(row["unit"]).si("1") for end in row["interval_95"]]
                 ends = sorted(number.correct(value_of(machine, key), strength) for strength in strengths)

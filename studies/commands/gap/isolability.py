@@ -22,7 +22,7 @@ def show_isolability(common: Common, folder: MeasuredFolder, without: Without = 
     >>> from typer.testing import CliRunner
     >>> from apesim.studies.commands.cli import app
     >>> print(CliRunner().invoke(app, ["gap", "isolability", "no_folder", "--without", "ring_leak"]).exception)
-    command line: --without: 'ring_leak' is no effect; see apesim gap effects
+    command line: --without: 'ring_leak' is no effect; see apesim gap effects, or give the key of a number
     """
     from apesim.studies.commands.gap.inputs import compile_march, read_inputs
     from apesim.studies.estimation.residuals import EndedEarly

@@ -23,7 +23,7 @@ MIN_SIGMAS = 10.0
 TRIES = 20
 """Sizes that are drawn; the last one stays, however little it does."""
 DIGITS = 4
-"""Of the wrong number, as people write it."""
+"""Digits of the wrong number, as people write it."""
 
 
 class Number(NamedTuple):
@@ -34,14 +34,14 @@ class Number(NamedTuple):
     field: str
     """Name of it in the simulator's valve or engine."""
     unit: str
-    """Of the machine file."""
+    """Key of the machine file."""
     scale: float
     """SI over that unit."""
     ends: tuple = (0.03, 0.20)
     """Shares of it, or in its unit."""
     is_share: bool = True
     place: int | None = None
-    """Where it stands in a field of several."""
+    """Place in a field of several."""
 
     def read(self, rig):
         """The number of a rig, in its unit."""
@@ -128,7 +128,7 @@ class WrongNumber(NamedTuple):
 
     @property
     def error(self):
-        """By how much the file is off, as text."""
+        """Size of the error of the file, as text."""
         if self.number.is_share:
             return f"{100.0 * (self.written / self.right - 1.0):+.1f} %"
         return f"{self.written - self.right:+.3g} {self.number.unit}"
