@@ -34,7 +34,7 @@ class Number(NamedTuple):
     field: str
     """Name of it in the simulator's valve or engine."""
     unit: str
-    """Key of the machine file."""
+    """Unit in the machine file."""
     scale: float
     """SI over that unit."""
     ends: tuple = (0.03, 0.20)
