@@ -1,8 +1,10 @@
 """The tolerance: a share of the noise, or how far the model may be off in the unit of a channel."""
 
 from collections.abc import Iterator
+from numbers import Real
+from typing import Any
 
-from apesim.quantities import Fault, InputError, Quantity
+from apesim.quantities import Fault, InputError, Quantity, quoted
 from apesim.quantities.declarations import InvalidValue
 from apesim.studies.gap.thresholds import TOLERANCE
 from apesim.studies.measured import Measured
@@ -37,6 +39,13 @@ def read_tolerance(raw: float | str, measured: Measured, place: tuple[str, str])
             raise InputError([Fault(*place, f"{text.strip()!r} is of no channel, or out of its range", right)])
         sizes |= found
     return TOLERANCE, sizes
+
+
+def find_odd_type(raw: Any) -> list[tuple[str, str, str]]:
+    """Faults of a tolerance that is neither a number nor a text: the argument, what is wrong, what would be right."""
+    if isinstance(raw, Real | str) and not isinstance(raw, bool):
+        return []
+    return [("tolerance", f"{quoted(raw)} is no number and no text", f'write {TOLERANCE:g}, or "0.3 N"')]
 
 
 def _is_number(text: str) -> bool:

@@ -47,7 +47,7 @@ from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.tables.balance import weigh_balances
 from apesim.studies.gap.tables.tabulate import Tables, find_likelier_table, tabulate
 from apesim.studies.gap.thresholds import TOLERANCE
-from apesim.studies.gap.tolerance import read_tolerance
+from apesim.studies.gap.tolerance import find_odd_type, read_tolerance
 from apesim.studies.measured import CHECK, GATE, Measured
 from apesim.studies.measured.arguments import Tell, open_measured
 from apesim.studies.measured.plausibility import refuse_faults
@@ -110,7 +110,7 @@ def explain(
         "explain",
         machine,
         measured,
-        faults=find_faults(without, machine),
+        faults=[*find_faults(without, machine), *find_odd_type(tolerance)],
         jobs=(jobs, JOBS),
     )
     share, discrepancy = read_tolerance(tolerance, measured, ("explain()", "tolerance"))
