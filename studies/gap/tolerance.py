@@ -26,7 +26,7 @@ def read_tolerance(raw: float | str, measured: Measured, place: tuple[str, str])
     (0.1, {})
     """
     try:
-        return SIZE.read(raw), {}
+        return SIZE.read(raw if isinstance(raw, str) else float(raw)), {}
     except InvalidValue as fault:
         if not isinstance(raw, str) or _is_number(raw):
             raise InputError([Fault(*place, fault.wrong, fault.right)]) from None
