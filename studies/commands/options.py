@@ -41,7 +41,7 @@ Jobs = Annotated[
 ArchivePath = Annotated[Path, typer.Argument(metavar="F.h5", help="Archive.")]
 MeasuredFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Measured data: a folder with a measured.toml.")]
 Without = Annotated[
-    list[str] | None, typer.Option(metavar="EFFECT", help="Leave an effect of the library out. Repeatable.")
+    list[str] | None, typer.Option(metavar="EFFECT", help="Leave an effect out, or a number by its key. Repeatable.")
 ]
 
 

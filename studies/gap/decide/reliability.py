@@ -8,6 +8,7 @@ that has too few cases there, or data of another kind than theirs, has no probab
 """
 
 import json
+from collections.abc import Iterable
 from enum import StrEnum
 from functools import cache
 from importlib.resources import files
@@ -72,7 +73,7 @@ class Statement(NamedTuple):
     pull: float
     """Largest pull of a calibrated number of the machine [standard deviations of its prior]."""
     is_counted: bool = True
-    """Whether sealed cases tell of such data: those of a valve or an engine, by a model that is taken to be exact."""
+    """Whether sealed cases tell of it: of effects of a valve or an engine, by a model that is taken to be exact."""
 
     @property
     def features(self) -> tuple[float, float, float]:
@@ -88,10 +89,18 @@ def list_statements(explanation: "Explanation") -> list[Statement]:
     inclusions = find_inclusions(explanation.calibrated, explanation.ranked)
     pulls = np.abs(explanation.best.fitted.x[explanation.best.residuals.known])
     shortfall = -log10(max(explanation.left_p_value, MIN_CHANCE))
-    is_counted = explanation.measured.bench != CYLINDER and not list_discrepancies(explanation.noise)
-    known: dict[str, Any] = {"shortfall": shortfall, "pull": float(pulls.max(initial=0.0)), "is_counted": is_counted}
+    known: dict[str, Any] = {"shortfall": shortfall, "pull": float(pulls.max(initial=0.0))}
+
+    # Of a rig of another bench, of a model that may be off and of numbers of the machine file no sealed case tells.
+    is_like = explanation.measured.bench != CYLINDER and not list_discrepancies(explanation.noise)
+    candidates = (candidate for choice in explanation.ranked for candidate in choice.model.candidates)
+    numbers = {candidate.name for candidate in candidates if candidate.is_file_number}
+
+    def is_counted(names: Iterable[str]) -> bool:
+        return is_like and not numbers & set(names)
+
     statements = [
-        Statement(StatementKind.EFFECT, each.names, asinh(each.log_odds), **known)
+        Statement(StatementKind.EFFECT, each.names, asinh(each.log_odds), **known, is_counted=is_counted(each.names))
         for each in inclusions
         if each.log_odds > MIN_LISTED
     ]
@@ -99,7 +108,8 @@ def list_statements(explanation: "Explanation") -> list[Statement]:
     if kind is None:
         return statements
     about = _list_named(explanation) if kind in (StatementKind.NAME, StatementKind.MEASUREMENT) else ()
-    return [Statement(kind, about, _find_evidence(kind, about, inclusions), **known), *statements]
+    evidence, named = _find_evidence(kind, about, inclusions), _list_named(explanation)
+    return [Statement(kind, about, evidence, **known, is_counted=is_counted(named)), *statements]
 
 
 def _list_named(explanation: "Explanation") -> tuple[str, ...]:

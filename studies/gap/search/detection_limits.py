@@ -155,4 +155,4 @@ def format_limit(limit: dict[str, Any] | None) -> str:
     size = f"{rounded:g} {limit['unit']}".strip()
     if limit["grows"] == "down":
         return f"{size} and below"
-    return f"{size} away from {limit['off']:.3g}" if limit["off"] else size
+    return f"{size} away from {limit['off']:.4g}" if limit["off"] else size

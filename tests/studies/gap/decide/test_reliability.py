@@ -6,11 +6,13 @@ from math import asinh, exp
 import pytest
 
 from apesim.studies.estimation.noise.discrepancy import state_discrepancy
+from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.gap.decide import reliability
 from apesim.studies.gap.decide.reliability import StatementKind, find_probability, list_statements
 from apesim.studies.gap.example_bench import explain_example
 from apesim.studies.gap.reasons import Verdict
 from apesim.studies.gap.report.verdict_json import describe
+from apesim.studies.gap.search.candidates import Candidate
 from apesim.studies.measured import CYLINDER
 
 
@@ -67,6 +69,16 @@ def test_data_of_another_kind_than_the_sealed_cases_have_no_probability(counted)
     calibrated = explanation.calibrated
     off = replace(explanation, calibrated=calibrated._replace(residuals=calibrated.residuals.with_noise(noise)))
     assert [find_probability(each) for each in list_statements(off)] == [None, None]
+
+
+def test_of_numbers_of_the_machine_file_no_probability_is_given(counted):
+    explanation = explain_example()
+    best = explanation.ranked[0]
+    number = Candidate("valve.stroke", (Parameter("valve.stroke", 0.1, -6.0, 6.0, 9e-3, True, True),), ())
+    wrong = best._replace(model=best.model._replace(candidates=(number,)))
+    found = replace(explanation, ranked=[wrong], decision=explanation.decision._replace(best=wrong))
+    assert [find_probability(each) for each in list_statements(found)] == [None, None]
+    assert None not in [find_probability(each) for each in list_statements(explanation)]
 
 
 def test_a_refusal_denies_the_surest_effect():
