@@ -77,9 +77,11 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     named = decision.verdict in NAMING
     effects = describe_effects(decision.best.model) if decision.best else []
     numbers = describe_numbers(decision.best.model) if decision.best else []
-    corrected = effects if decision.verdict == Verdict.CALIBRATION else numbers
     if decision.verdict == Verdict.MEASUREMENT:  # of the rig the other files speak
         effects, numbers = [row for row in effects if row["file"]], []
+    corrected = effects if decision.verdict == Verdict.CALIBRATION else numbers
+    discrepancy = describe_discrepancy(explanation.calibrated)
+    left = describe_left(decision.best.model) if decision.best else {}
 
     # There are rivals only beside a best explanation, and their costs count above its.
     rivals = [
@@ -92,7 +94,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     ]
     return {
         "verdict": str(decision.verdict),
-        "sentence": write_sentence(explanation) + write_discrepancy(explanation),
+        "sentence": write_sentence(explanation) + write_discrepancy(decision, discrepancy, left),
         "reason": str(decision.reason),
         "effects": effects if named else [],
         "sure": describe_sure(decision),
@@ -131,8 +133,8 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "scatter": describe_scatter(explanation.calibrated.residuals),
         "own_error": explanation.solver_error,
         "tolerance": explanation.tolerance,
-        "discrepancy": describe_discrepancy(explanation.calibrated),
-        "left": describe_left(decision.best.model) if decision.best else {},
+        "discrepancy": discrepancy,
+        "left": left,
         "calibration": [{name: row[name] for name in CORRECTED} for row in corrected],
         "simulations": explanation.simulations,
         "warnings": explanation.warnings,
@@ -311,14 +313,16 @@ def describe_held_out(judged: HeldOut | None) -> dict[str, float] | None:
     }
 
 
-def write_discrepancy(explanation: "Explanation") -> str:
-    """A sentence on how far the model may be off, or has to be so that what comes nearest would do; "" for neither."""
-    decision = explanation.decision
-    if stated := describe_discrepancy(explanation.calibrated):
+def write_discrepancy(decision: Decision, stated: dict[str, Any], left: dict[str, Any]) -> str:
+    """A sentence on how far the model may be off, or has to be so that what comes nearest would do; "" for neither.
+
+    `stated` and `left` are those of `describe_discrepancy` and, of what comes nearest, `describe_left`.
+    """
+    if stated:
         return f" The model is taken to be good to {format_sizes(stated)}."
     if decision.verdict == Verdict.REFUSED and decision.best and decision.reason.kind in LEAVING:
-        left, nearest = format_sizes(describe_left(decision.best.model)), _capitalise(_list_choices([decision.best]))
-        return f' {nearest} comes nearest. If a model that is off by {left} will do, say --tolerance "{left}".'
+        size, nearest = format_sizes(left), _capitalise(_list_choices([decision.best]))
+        return f' {nearest} comes nearest. If a model that is off by {size} will do, say --tolerance "{size}".'
     return ""
 
 

@@ -13,6 +13,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.gap.reasons import Verdict
 from apesim.studies.gap.report.calibrated_numbers import apply_numbers, find_calibrated_numbers
+from apesim.studies.gap.report.verdict_json import describe
 from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.library import select_effects
 from apesim.studies.gap.search.refit import refit
@@ -131,3 +132,12 @@ def test_what_is_fitted_first_changes_no_result(explanation):
         return {name: refit(base, (known[name],), ((0.1,),)).fitted.x.tolist() for name in names}
 
     assert fitted("side_force", "leakage_a") == fitted("leakage_a", "side_force")
+
+
+def test_numbers_that_a_faulty_record_pulls_are_no_wrong_numbers_of_the_rig(explanation):
+    best = explanation.decision.best
+    far = np.where(best.model.residuals.known, 5.0, best.model.fitted.x)
+    pulled = best._replace(model=best.model._replace(fitted=best.model.fitted._replace(x=far)))
+    for verdict, is_told in ((Verdict.NAMED, True), (Verdict.MEASUREMENT, False)):
+        decision = explanation.decision._replace(verdict=verdict, best=pulled)
+        assert bool(describe(replace(explanation, decision=decision))["calibration"]) is is_told
