@@ -80,29 +80,6 @@ class Misstated(NamedTuple):
     """(number of the file, strength of the effect) -> number that does without the effect, SI."""
 
 
-def shift(number: float, strength: float) -> float:
-    """Return a number that is off by the strength of an effect, for `Misstated.correct`.
-
-    Parameters
-    ----------
-    number : float
-        Number of the machine file, SI.
-    strength : float
-        Strength of the effect, in the unit of the number.
-
-    Returns
-    -------
-    float
-        Number that does without the effect.
-
-    Examples
-    --------
-    >>> shift(1.5, -0.25)
-    1.25
-    """
-    return number + strength
-
-
 def scale(number: float, share: float) -> float:
     """Return a number that is off by a share of it, for `Misstated.correct`.
 

@@ -1,8 +1,9 @@
 """Exhaust camshaft that stands later, or earlier, than the machine file says."""
 
+from operator import add
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from apesim.effect import Effect, Misstated, Search, shift
+from apesim.effect import Effect, Misstated, Search
 from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -35,10 +36,10 @@ EFFECT = Effect(
     adjust=adjust,
     search=Search(
         misstated=(
-            Misstated("engine.exhaust.opens", shift),
-            Misstated("engine.exhaust.closes", shift),
-            Misstated("engine.exhaust_2.opens", shift),
-            Misstated("engine.exhaust_2.closes", shift),
+            Misstated("engine.exhaust.opens", add),
+            Misstated("engine.exhaust.closes", add),
+            Misstated("engine.exhaust_2.opens", add),
+            Misstated("engine.exhaust_2.closes", add),
         )
     ),
 )

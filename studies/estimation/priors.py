@@ -142,7 +142,7 @@ def priors_of(machine: Machine, measured: Measured) -> list[Prior]:
     return [
         prior
         for prior in (default | known).values()
-        if (not prior.sensor or prior.sensor in sensors) and _has(machine, prior.key)
+        if (not prior.sensor or prior.sensor in sensors) and has_number(machine, prior.key)
     ]
 
 
@@ -196,7 +196,7 @@ def _useful(machine: Machine, measured: Measured) -> Iterator[tuple[str, Uncerta
             yield key, uncertainty
 
 
-def _has(machine: Machine, key: str) -> bool:
+def has_number(machine: Machine, key: str) -> bool:
     """Whether a machine has a number: it gives it a value, and has the valve that it is of."""
     return not isnan(value_of(machine, key)) and not is_of_absent_valve(machine, key)
 

@@ -1,8 +1,9 @@
 """Volume of each chamber that the machine file leaves out: bores, fittings, sensors."""
 
+from operator import add
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from apesim.effect import Effect, Misstated, Search, shift
+from apesim.effect import Effect, Misstated, Search
 from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -58,5 +59,5 @@ EFFECT = Effect(
     seen_in="delay and flight; confused with the effective area",
     isolated_by="filling a chamber with liquid, or a discharge test at both ends of the stroke",
     adjust=adjust,
-    search=Search(misstated=(Misstated("valve.clearance_volume", shift),)),
+    search=Search(misstated=(Misstated("valve.clearance_volume", add),)),
 )

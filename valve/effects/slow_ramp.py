@@ -1,10 +1,11 @@
 """Solenoids that take longer, or shorter, from closed to open."""
 
+from operator import add
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 
-from apesim.effect import Effect, Misstated, Search, shift
+from apesim.effect import Effect, Misstated, Search
 from apesim.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -73,8 +74,8 @@ EFFECT = Effect(
     adjust=adjust,
     search=Search(
         misstated=(
-            Misstated("valve.solenoid.ramp_time", shift),
-            Misstated("valve.solenoid.release_ramp_time", shift),
+            Misstated("valve.solenoid.ramp_time", add),
+            Misstated("valve.solenoid.release_ramp_time", add),
         )
     ),
 )

@@ -1,4 +1,4 @@
-"""Discrepancy: how far a model may be off in a channel, whatever its parameters, as noise that is slow.
+"""Discrepancy: how far a model may be off in a channel, whatever its parameters, as a part of the noise.
 
 With enough samples every real model fails a test of exactness. What a user calls good enough is a random function
 beside the noise of the samples: Kennedy and O'Hagan 2001 (doi 10.1111/1467-9868.00294), here of a stated standard
@@ -7,12 +7,10 @@ deviation, half of its variance from sample to sample, half slow.
 
 from collections.abc import Mapping
 
-from apesim.studies.estimation.noise.process import Noise
-
-ByInterval = Mapping[float, Noise]
+from apesim.studies.estimation.noise.estimation import AllNoise
 
 
-def state_discrepancy(noise: Mapping[str, ByInterval], sizes: Mapping[str, float]) -> dict[str, dict[float, Noise]]:
+def state_discrepancy(noise: AllNoise, sizes: Mapping[str, float]) -> AllNoise:
     """The noise of sensors, by sampling interval, with the discrepancy of those of which one is stated [SI].
 
     >>> from apesim.studies.estimation.noise.process import white
@@ -27,7 +25,7 @@ def state_discrepancy(noise: Mapping[str, ByInterval], sizes: Mapping[str, float
     }
 
 
-def list_discrepancies(noise: Mapping[str, ByInterval]) -> dict[str, float]:
+def list_discrepancies(noise: AllNoise) -> dict[str, float]:
     """The discrepancies that are stated of sensors [SI], by sensor, of noise that `state_discrepancy` gives."""
     found = {sensor: max(one.discrepancy for one in by_interval.values()) for sensor, by_interval in noise.items()}
     return {sensor: size for sensor, size in found.items() if size}

@@ -4,18 +4,18 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.discrepancy import list_discrepancies
-from apesim.studies.gap.thresholds import WINDOWS
+from apesim.studies.gap.decide.windows import split_into_windows
 
 
 def find_left(model: Model) -> dict[str, float]:
     """Find what a model leaves of each channel, noise averaged out [SI].
 
-    It is the root mean square of the means over `WINDOWS` windows of each run, of measured less predicted.
+    It is the root mean square of the means over windows of each run, of measured less predicted.
     """
     squares: dict[str, list[np.ndarray]] = {}
     for block, predicted in zip(model.residuals.blocks, model.residuals.predicted(model.fitted.x), strict=True):
-        windows = np.array_split(block.values - predicted, min(WINDOWS, len(block.values)))
-        squares.setdefault(block.sensor, []).append(np.array([window.mean() for window in windows]) ** 2)
+        means = [window.mean() for window in split_into_windows(block.values - predicted)]
+        squares.setdefault(block.sensor, []).append(np.square(means))
     return {sensor: float(np.sqrt(np.mean(np.concatenate(every)))) for sensor, every in squares.items()}
 
 
@@ -29,5 +29,7 @@ def is_good_enough(model: Model) -> bool:
     >>> is_good_enough(explain_example().best)
     False
     """
-    stated, left = list_discrepancies(model.residuals.noise), find_left(model)
-    return all(sensor in stated and size <= stated[sensor] for sensor, size in left.items())
+    stated = list_discrepancies(model.residuals.noise)
+    if not stated.keys() >= {block.sensor for block in model.residuals.blocks}:
+        return False
+    return all(size <= stated[sensor] for sensor, size in find_left(model).items())

@@ -5,6 +5,11 @@ import numpy as np
 from apesim.studies.gap.thresholds import WINDOWS
 
 
+def split_into_windows(values: np.ndarray) -> list[np.ndarray]:
+    """The parts of an array (n,) over `WINDOWS` windows; fewer values are windows of their own."""
+    return np.array_split(values, min(WINDOWS, len(values)))
+
+
 def average_over_windows(values: np.ndarray) -> np.ndarray:
     """Average the residuals of one channel over `WINDOWS` windows, in standard deviations of such a mean.
 
@@ -14,5 +19,4 @@ def average_over_windows(values: np.ndarray) -> np.ndarray:
     >>> average_over_windows(np.ones(200)).tolist() == [2.0] * 50
     True
     """
-    parts = np.array_split(values, min(WINDOWS, len(values)))
-    return np.array([part.sum() / np.sqrt(len(part)) for part in parts])
+    return np.array([part.sum() / np.sqrt(len(part)) for part in split_into_windows(values)])

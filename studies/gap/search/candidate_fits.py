@@ -43,18 +43,26 @@ def fit_candidates(
     gap, fits = take_scatter_at_best(gap, fits, others, work)
     base, ranked, fault_scores = gap.calibrated, gap.scores, _score_faults(gap)
     fits += fit_faults(base, fault_scores, fits, library_size, work)
-    if is_doubtful(fits, gap):
-        fits += fit_large(base, ranked, fits, library_size, work)
-    if is_doubtful(fits, gap):
+    if not is_doubtful(fits, gap):
+        return gap, _select_best_of_sets(fits)
+    large = fit_large(base, ranked, fits, library_size, work)
+    is_better = bool(large) and large[0].cost < min(choice.cost for choice in fits)
+    fits += large
+    if not is_better or is_doubtful(fits, gap):
         sets = fit_sets(base, _list_paired(gap), fits, library_size, work)
         fits += sets
         if sets and sets[0] is min(fits, key=lambda choice: choice.cost):
             fits += refit_each_alone(base, sets[0], library_size, work)
             gap, fits = take_scatter_at_best(gap, fits, others, work)
+    return gap, _select_best_of_sets(fits)
+
+
+def _select_best_of_sets(fits: list[PricedModel]) -> list[PricedModel]:
+    """The best fit of each set of candidates, the best first."""
     best: dict[frozenset[str], PricedModel] = {}
     for choice in sorted(fits, key=lambda choice: choice.cost):
         best.setdefault(frozenset(choice.names), choice)
-    return gap, list(best.values())
+    return list(best.values())
 
 
 def _score_faults(gap: CalibratedGap) -> list[Score]:

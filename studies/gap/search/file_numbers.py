@@ -5,15 +5,14 @@ library stands for it. Each such number is tried as one candidate; what is found
 """
 
 from collections.abc import Iterator, Sequence
-from math import isfinite, isnan, radians
+from math import isfinite, radians
 from typing import NamedTuple
 
 from apesim.effect import Effect, Misstated
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.machine import Machine
-from apesim.engine.stated_uncertainties import is_of_absent_valve
 from apesim.studies.estimation.parameters import DECLARED, Parameter, value_of
-from apesim.studies.estimation.priors import find_idle, priors_of
+from apesim.studies.estimation.priors import find_idle, has_number, priors_of
 from apesim.studies.gap.search.candidates import Candidate
 from apesim.studies.measured import CYLINDER, ENGINE, VALVE, Bench, Measured
 
@@ -99,11 +98,7 @@ def list_misstated(machine: Machine, effect: Effect) -> list[Misstated]:
     >>> [each.key for each in list_misstated(Machine(), slow_ramp.EFFECT)]  # both edges have this ramp
     ['valve.solenoid.ramp_time']
     """
-    there = [
-        each
-        for each in effect.search.misstated
-        if not isnan(value_of(machine, each.key)) and not is_of_absent_valve(machine, each.key)
-    ]
+    there = [each for each in effect.search.misstated if has_number(machine, each.key)]
     return [] if any(find_idle(machine, each.key) for each in there) else there
 
 

@@ -136,16 +136,15 @@ def fit_sets(
     fits = list(alone)
     singles = [choice.model for choice in alone if len(choice.model.candidates) == 1]
     _fit_ranked(base, linearise_base(base, sensitivities, singles), fits, library, work)
-    looked_at: set[frozenset[str]] = set()
+    linearised: set[frozenset[str]] = set()
     for _ in range(MAX_ROUNDS):
         best = min((choice for choice in fits if choice.model.candidates), key=lambda choice: choice.cost, default=None)
-        if best is None or frozenset(best.names) in looked_at:
+        if best is None or frozenset(best.names) in linearised:
             break
-        looked_at.add(frozenset(best.names))
+        linearised.add(frozenset(best.names))
         others = _find_sensitivities_beside(best.model, sensitivities, work)
         _fit_ranked(base, linearise_best(best.model, others), fits, library, work)
-    known = {id(choice) for choice in alone}
-    return sorted((choice for choice in fits if id(choice) not in known), key=lambda choice: choice.cost)
+    return sorted(fits[len(alone) :], key=lambda choice: choice.cost)
 
 
 def _fit_ranked(base: Model, linear: LinearModel, fits: list[PricedModel], library: int, work: Work) -> None:
