@@ -5,6 +5,7 @@ benches, calibrations and fits of one or two effects: 208 evaluations of all run
 differences ("trf", tolerances of 1e-5), to sums of squares within 0.005 of each other.
 """
 
+from contextlib import suppress
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -34,6 +35,11 @@ DAMPING_FELT = 1e-2
 """Share of a sensitivity's square from which damping shortens a step."""
 BENT = 0.3
 """Share of a promise that counts as kept where no damped step keeps its promise, as a contact bends the data."""
+FRESH = 0.5
+"""Standard deviations of the data by which a point may have moved from where its sensitivities were taken, so that they
+prove a minimum: a finite difference goes half as far again, see `apesim.studies.estimation.residuals.CHANGE`."""
+FORETOLD = 0.3
+"""Share of a change of the residuals that the sensitivities at a minimum may miss where a point lies in its basin."""
 
 
 class Fitted(NamedTuple):
@@ -64,6 +70,15 @@ class Fitted(NamedTuple):
     def covariance(self) -> np.ndarray:
         """Covariance of the scaled parameters by the curvature, ``pinv(J'J)``, (p, p)."""
         return np.linalg.pinv(self.jacobian.T @ self.jacobian)
+
+    def leads_here(self, x: np.ndarray, residuals: np.ndarray) -> bool:
+        """Whether a descent from x (p,), where the `residuals` are (n + p,), leads to this minimum.
+
+        It does where the sensitivities here foretell the residuals there, but for the share `FORETOLD` of the change.
+        """
+        change = self.jacobian @ (x - self.x)
+        missed = residuals - self.residuals - change
+        return bool(missed @ missed < FORETOLD**2 * (change @ change) and residuals @ residuals >= self.cost)
 
 
 class LeastSquares(Protocol):
@@ -97,9 +112,10 @@ def descend(
     *,
     errors: np.ndarray | None = None,
     is_exact: bool = False,
-    known: float = np.nan,
+    known: Fitted | None = None,
     limit: float = np.inf,
     least_promise: float = MIN_PROMISE,
+    is_scout: bool = False,
 ) -> Fitted:
     """Descend to the nearest minimum of the sum of squares within the bounds.
 
@@ -109,67 +125,73 @@ def descend(
     not keep its promise. The start `x` is clipped to the bounds; `jacobian` and `steps` come from nearby (`is_exact`:
     `jacobian` is that at the start), else they are taken at the start; `errors` are the residuals there; `converged` is
     the fall of the sum of squares that a fresh step would still promise at the end. A descent is over, without
-    sensitivities anew, where it comes as near as `SAME` to the sum of squares `known` of another minimum, comes to rest
-    above `limit`, or where a step after the first promises less than the share `least_promise` of the way down to it (0
-    for starts from far away). The result's ``converged`` is False then, and where `MAX_STEPS` did not suffice; raises
-    EndedEarly where the simulation does not come to its end at the start.
+    sensitivities anew, where it leads to a minimum that is `known` or comes as near as `SAME` to its sum of squares,
+    comes to rest above `limit`, or where a step after the first promises less than the share `least_promise` of the way
+    down to it (0 for starts from far away); that of a scout (`is_scout`), wherever they would be wanted. The result's
+    ``converged`` is False then, and where `MAX_STEPS` did not suffice; raises EndedEarly where the simulation does not
+    come to its end at the start.
     """
     start = np.asarray(x, dtype=float)
     x = np.clip(start, residuals.low, residuals.high)
     if errors is None or not np.array_equal(x, start):
         errors = residuals.at(x)
 
-    # Sensitivities from nearby spare an evaluation for each parameter; only those of the start itself are fresh.
-    fresh = jacobian is None or is_exact
+    # Sensitivities from nearby spare an evaluation for each parameter. How far the data have moved since they were taken
+    # tells what they are worth; of those from nearby nothing is known.
+    drift = 0.0 if jacobian is None or is_exact else np.inf
     steps = first_steps(len(x)) if steps is None else steps
     if jacobian is None:
         jacobian, steps = residuals.jacobian(x, errors, steps)
     damping, before = 1e-3, np.inf
     for number in range(MAX_STEPS):
         step, promise = _step(residuals, x, errors, jacobian, damping)
+        end = Fitted(x, errors, jacobian, False, steps)
 
-        # The ends of a descent. Fresh sensitivities alone prove a minimum; the other ends spare the evaluations of a
-        # way that leads to a known minimum, or nowhere below the limit.
-        if promise < converged and fresh:
-            return Fitted(x, errors, jacobian, True, steps)
-        cost = float(errors @ errors)
-        if promise < converged and (abs(cost - known) < SAME or cost > limit):
-            return Fitted(x, errors, jacobian, False, steps)
-        if number and promise < least_promise * (cost - limit):
-            return Fitted(x, errors, jacobian, False, steps)
+        # The ends of a descent. Sensitivities from here alone prove a minimum; the other ends spare the evaluations of
+        # a way that leads to a known minimum, or nowhere below the limit.
+        if promise < converged and drift < FRESH:
+            return end._replace(converged=True)
+        if known is not None and known.leads_here(x, errors):
+            return end
+        if promise < converged and (end.cost > limit or (known is not None and abs(end.cost - known.cost) < SAME)):
+            return end
+        if number and promise < least_promise * (end.cost - limit):
+            return end
 
         # Stale sensitivities that promise nothing, or little less than before, are taken anew: they hide larger falls.
-        if not fresh and (promise < converged or (promise > CREEPING * before and damping < UNDAMPED)):
-            jacobian, steps = residuals.jacobian(x, errors, steps)
-            fresh = True
-            continue
+        is_stale = drift > 0.0 and (promise < converged or (promise > CREEPING * before and damping < UNDAMPED))
 
         # The trial. A step at which a simulation ends early counts as one that keeps nothing of its promise.
-        before = promise
-        try:
-            tried = residuals.at(x + step)
-            fall = errors @ errors - tried @ tried
-        except EndedEarly:
-            fall = -np.inf
+        fall = -np.inf
+        if not is_stale:
+            before = promise
+            with suppress(EndedEarly):
+                tried = residuals.at(x + step)
+                fall = errors @ errors - tried @ tried
 
         # A step that keeps enough of its promise is taken, and Broyden's rule keeps the sensitivities up. Otherwise
         # stale sensitivities are blamed first, and the length of the step only where they are fresh.
         if fall > 0.1 * promise:
             jacobian = jacobian + np.outer(tried - errors - jacobian @ step, step) / (step @ step)
-            x, errors, fresh = x + step, tried, False
+            drift += float(np.linalg.norm(tried - errors))
+            x, errors = x + step, tried
             damping = max(damping / 5.0, 1e-9)
-            if not FORESEEN[0] < fall / promise < FORESEEN[1]:
-                jacobian, steps = residuals.jacobian(x, errors, steps)
-                fresh = True
-        elif fresh:
-            if promise < BENT and damping > 1.0:
-                return Fitted(x, errors, jacobian, True, steps)
-            if fall > 0.0:
-                x, errors, fresh = x + step, tried, False
-            damping = max(10.0 * damping, DAMPING_FELT)
+            is_stale = not FORESEEN[0] < fall / promise < FORESEEN[1]
+        elif drift > 0.0:
+            is_stale = True
         else:
+            if promise < BENT and damping > 1.0:
+                return end._replace(converged=True)
+            if fall > 0.0:
+                drift += float(np.linalg.norm(tried - errors))
+                x, errors = x + step, tried
+            damping = max(10.0 * damping, DAMPING_FELT)
+
+        if is_stale and is_scout:
+            return Fitted(x, errors, jacobian, False, steps)
+        if is_stale:
             jacobian, steps = residuals.jacobian(x, errors, steps)
-            fresh = True
+            drift = 0.0
     return Fitted(x, errors, jacobian, False, steps)
 
 

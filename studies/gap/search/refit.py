@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,19 @@ START_SHAPE = 0.3
 """Place of further parameters in their range, where a strength is tried at large."""
 MAX_DESCENTS = 2
 """Starts that are followed to their end: those that leave least once the nuisances have moved."""
+
+
+class Start(NamedTuple):
+    """A point to start a fit from."""
+
+    x: np.ndarray
+    """Values of all parameters, (p,)."""
+    near: Model
+    """Fitted model whose sensitivities hold there, too."""
+    errors: np.ndarray = np.zeros(0)
+    """Residuals there, (n + p,) [standard deviations]."""
+    left: float = np.inf
+    """Length of the residuals once the nuisances have moved in a linear model [standard deviations]."""
 
 
 def refit(
@@ -39,14 +53,15 @@ def refit(
     residuals = base.residuals.with_parameters([*base.residuals.parameters, *freed])
     jacobian, best = _pad(base.fitted.jacobian, len(freed)), None
     old, steps = len(base.fitted.x), np.append(base.fitted.steps, first_steps(len(freed)))
-    for _, x, errors in _rank_starts(residuals, jacobian, _list_starts(base, candidates, guesses, within))[
-        :MAX_DESCENTS
-    ]:
+    starts = _list_starts(base, candidates, guesses, within)
+    for start in _rank_starts(residuals, jacobian, starts)[:MAX_DESCENTS]:
+        # The nuisances' sensitivities are those of the first descent's end, as soon as there is one.
+        near, missing = _place_columns(base, candidates, start)
+        if best is not None:
+            near[:, :old] = best.jacobian[:, :old]
         try:
-            columns, adapted = residuals.jacobian(x, errors, steps, range(old, len(x)))
-            near, known = (jacobian, np.nan) if best is None else (best.jacobian[:, :old], best.cost)
-            start = np.column_stack([near, columns])
-            fitted = descend(residuals, x, start, adapted, errors=errors, known=known, limit=limit)
+            near[:, missing], adapted = residuals.jacobian(start.x, start.errors, steps, missing)
+            fitted = descend(residuals, start.x, near, adapted, errors=start.errors, known=best, limit=limit)
         except EndedEarly:
             continue
         if best is None or fitted.cost < best.cost - SAME:
@@ -72,7 +87,7 @@ def probe_large_sizes(base: Model, candidate: Candidate) -> tuple[float, tuple[f
     jacobian = _pad(base.fitted.jacobian, len(candidate.parameters))
     shapes = [START_SHAPE] * len(candidate.shapes)
     starts = [
-        np.append(base.fitted.x, candidate.switch_on(number, size, shapes))
+        Start(np.append(base.fitted.x, candidate.switch_on(number, size, shapes)), base)
         for number, strength in enumerate(candidate.strengths)
         for size in (*START_SIZES, *(-share for share in START_SIZES))
         if strength.low <= size <= strength.high
@@ -80,8 +95,8 @@ def probe_large_sizes(base: Model, candidate: Candidate) -> tuple[float, tuple[f
     ranked = _rank_starts(residuals, jacobian, starts)
     if not ranked:
         return np.inf, (), residuals.simulations
-    distance, x, _ = ranked[0]
-    return distance**2, tuple(x[len(base.fitted.x) :]), residuals.simulations
+    best = ranked[0]
+    return best.left**2, tuple(best.x[len(base.fitted.x) :]), residuals.simulations
 
 
 def refit_one(base: Model, model: Model, number: int, *, limit: float = np.inf) -> Model:
@@ -109,7 +124,7 @@ def _start_from(
 
 def _list_starts(
     base: Model, candidates: Sequence[Candidate], guesses: Iterable[Sequence[float]], within: Sequence[Model]
-) -> Iterator[np.ndarray]:
+) -> Iterator[Start]:
     """Points to start from: those that the scores suggest; of one candidate alone all its probes, too."""
     each = []
     for candidate, guess in zip(candidates, guesses, strict=True):
@@ -122,23 +137,40 @@ def _list_starts(
             points += [probe.x for probe in list_probes(candidate)]
         each.append(points)
     for chosen in product(*each):
-        yield np.concatenate([base.fitted.x, *chosen])
+        yield Start(np.concatenate([base.fitted.x, *chosen]), base)
     for smaller in within:
-        yield _start_from(base, smaller, candidates, guesses)
+        yield Start(_start_from(base, smaller, candidates, guesses), smaller)
 
 
-def _rank_starts(
-    residuals: WhitenedResiduals, jacobian: np.ndarray, starts: Iterable[np.ndarray]
-) -> list[tuple[float, np.ndarray, np.ndarray]]:
-    """What starts leave once the nuisances have moved, with the starts and their errors; the least first."""
+def _rank_starts(residuals: WhitenedResiduals, jacobian: np.ndarray, starts: Iterable[Start]) -> list[Start]:
+    """Starts whose simulations come to their end, with what they leave; the least first."""
     space, ranked = find_nuisance_space(jacobian), []
-    for x in starts:
+    for start in starts:
         try:
-            errors = residuals.at(x)
+            errors = residuals.at(start.x)
         except EndedEarly:
             continue
-        ranked.append((float(np.linalg.norm(space.project_out(errors))), x, errors))
-    return sorted(ranked, key=lambda row: row[0])
+        left = float(np.linalg.norm(space.project_out(errors)))
+        ranked.append(start._replace(errors=errors, left=left))
+    return sorted(ranked, key=lambda start: start.left)
+
+
+def _place_columns(base: Model, candidates: Sequence[Candidate], start: Start) -> tuple[np.ndarray, list[int]]:
+    """Sensitivities at a start, (n + p, p), as far as the model near it has them, and the places of the others."""
+    near, old = start.near, len(base.fitted.x)
+    known = {candidate.name: near.places(number) for number, candidate in enumerate(near.candidates)}
+    rows = len(base.fitted.residuals)  # pulls of effects, behind these, are zero
+    columns, missing = np.zeros((len(start.errors), len(start.x))), []
+    columns[:rows, :old] = near.fitted.jacobian[:rows, :old]
+    first = old
+    for candidate in candidates:
+        places = list(range(first, first + len(candidate.parameters)))
+        first += len(places)
+        if candidate.name in known:
+            columns[:rows, places] = near.fitted.jacobian[:rows, known[candidate.name]]
+        else:
+            missing += places
+    return columns, missing
 
 
 def _pad(jacobian: np.ndarray, more: int) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from apesim.studies.estimation.calibration import elsewhere
-from apesim.studies.estimation.levenberg_marquardt import SAME, descend
+from apesim.studies.estimation.levenberg_marquardt import FRESH, SAME, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import EndedEarly
 from apesim.studies.gap.stage_work import Work
@@ -86,6 +86,8 @@ def test_a_minimum_above_the_limit_is_not_sharpened():
     """What is left is 4 at least: with a limit below that the last sensitivities are saved."""
 
     class Raised(Curved):
+        jacobians = 0
+
         def at(self, x):
             return np.append(super().at(x), 2.0)
 
@@ -96,8 +98,9 @@ def test_a_minimum_above_the_limit_is_not_sharpened():
     counts = {}
     for limit in (3.0, 5.0):
         residuals = Raised()
+        nearby, _ = residuals.jacobian(np.ones(2), residuals.at(np.ones(2)), np.zeros(2))
         residuals.jacobians = 0
-        found = descend(residuals, [0.6, 0.3], limit=limit, least_promise=0.0)
+        found = descend(residuals, [0.9, 0.8], nearby, limit=limit, least_promise=0.0)
         assert found.cost == pytest.approx(4.0, abs=0.1)
         assert found.converged == (limit == 5.0)
         counts[limit] = residuals.jacobians
@@ -167,13 +170,58 @@ def test_sensitivities_are_renewed_where_steps_keep_promising_as_little():
     assert residuals.evaluations < 150
 
 
-@pytest.mark.parametrize("offset", [0.0, 1.0], ids=["known", "unknown"])
-def test_a_descent_to_a_known_minimum_takes_no_sensitivities_anew(offset):
+@pytest.mark.parametrize("rest", [0.0, 2.0], ids=["known", "unknown"])
+def test_a_descent_to_a_known_minimum_takes_no_sensitivities_anew(rest):
+    """It is known by its sum of squares, whatever sensitivities were there."""
     first, again = Curved(), Curved()
     found = descend(first, [0.0, 0.0])
-    ended = descend(again, [0.5, 1.5], found.jacobian, found.steps, known=found.cost + offset)
+    known = found._replace(residuals=found.residuals + rest, jacobian=np.zeros((2, 2)))
+    ended = descend(again, [0.5, 1.5], found.jacobian, found.steps, known=known)
     assert ended.cost == pytest.approx(found.cost, abs=SAME)
-    assert ended.converged == (offset > SAME)
+    assert ended.converged == (rest > 0.0)
+
+
+def test_a_start_in_the_basin_of_a_known_minimum_is_not_followed():
+    """There the sensitivities of the minimum foretell the residuals, which a second minimum beyond them would not."""
+    first, again = Curved(), Curved()
+    found = descend(first, [0.0, 0.0])
+    ended = descend(again, [1.02, 1.05], found.jacobian, found.steps, known=found)
+    assert not ended.converged
+    assert again.evaluations == 1
+    assert not found.leads_here(np.array([-1.2, 1.0]), again.at(np.array([-1.2, 1.0])))
+
+
+def test_sensitivities_prove_a_minimum_that_is_near_where_they_were_taken():
+    """A curve of so small a scale is straight within half a standard deviation; a larger one is not taken on trust."""
+
+    class Scaled(Curved):
+        def __init__(self, scale):
+            super().__init__()
+            self.scale, self.taken = scale, []
+
+        def at(self, x):
+            return self.scale * super().at(x)
+
+        def jacobian(self, x, residuals, steps):
+            self.taken.append(np.array(x))
+            return super().jacobian(x, residuals, steps)
+
+    for scale in (1.0, 100.0):
+        residuals = Scaled(scale)
+        found = descend(residuals, [0.9, 0.8])
+        moved = residuals.at(found.x) - residuals.at(residuals.taken[-1])
+        assert found.converged
+        assert np.linalg.norm(moved) < FRESH
+        assert found.cost < 0.05
+
+
+def test_a_scout_takes_no_sensitivities_of_its_own():
+    residuals, start = Curved(), np.array([-1.2, 1.0])
+    slopes, _ = residuals.jacobian(np.ones(2), residuals.at(np.ones(2)), np.zeros(2))
+    residuals.evaluations = 0
+    ended = descend(residuals, start, slopes, is_scout=True)
+    assert not ended.converged
+    assert residuals.evaluations < 5  # one where it starts and one a step; the end of the valley takes over 20
 
 
 def test_residuals_of_the_start_that_are_known_are_not_asked_for():
