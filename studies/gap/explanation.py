@@ -26,7 +26,7 @@ from apesim.studies.gap.report.petab_select import export_model_space
 from apesim.studies.gap.report.verdict_json import describe
 from apesim.studies.gap.search.gap_test import GapTest
 from apesim.studies.gap.search.localisation import Cell
-from apesim.studies.gap.search.model_selection import PricedModel
+from apesim.studies.gap.search.model_selection import Foreseen, PricedModel
 from apesim.studies.gap.search.score_test import Score, Sensitivity
 from apesim.studies.gap.tables.balance import Balance
 from apesim.studies.gap.tables.latent import find_branches
@@ -95,6 +95,8 @@ class Explanation:
         All models that were fitted, before runs held out were looked at.
     ranked : sequence of PricedModel
         The same with what the gate runs say, the best first.
+    foreseen : sequence of Foreseen
+        Sets that were not fitted, as a linear model foresees them, the best first.
     judged : HeldOut or None
         The best of them on the gate runs, or with operating points left out one at a time.
     left_p_value : float
@@ -133,6 +135,7 @@ class Explanation:
     warnings: list[str]
     fits: Sequence[PricedModel] = ()
     ranked: Sequence[PricedModel] = ()
+    foreseen: Sequence[Foreseen] = ()
     judged: HeldOut | None = None
     left_p_value: float = 1.0
     gap_size: float = 0.0

@@ -41,7 +41,7 @@ from apesim.studies.gap.search.file_numbers import find_file_numbers
 from apesim.studies.gap.search.intervals import find_profiles, has_shape
 from apesim.studies.gap.search.library import find_faults, select_effects
 from apesim.studies.gap.search.localisation import Cell, localise
-from apesim.studies.gap.search.model_selection import PricedModel
+from apesim.studies.gap.search.model_selection import Foreseen, PricedModel
 from apesim.studies.gap.search.run_faults import find_run_faults, leave_out
 from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.tables.balance import weigh_balances
@@ -138,9 +138,11 @@ def _run_workflow(
     odd = find_odd_channels(gap.calibrated.residuals, gap.calibrated.fitted.data_residuals)
     is_searched = gap.gap_test.alarm or bool(odd)
     fits: list[PricedModel] = []
+    foreseen: list[Foreseen] = []
     if is_searched:
-        gap, fits = fit_candidates(gap, len(candidates) + len(faults), work, measured.of(GATE) + measured.of(CHECK))
-    facts = Facts(gap.calibrated, gap.gap_test.p_value, tolerance)
+        others = measured.of(GATE) + measured.of(CHECK)
+        gap, fits, foreseen = fit_candidates(gap, len(candidates) + len(faults), work, others)
+    facts = Facts(gap.calibrated, gap.gap_test.p_value, tolerance, foreseen=tuple(foreseen))
     explanation = Explanation(
         measured=measured,
         calibrated=gap.calibrated,
@@ -151,6 +153,7 @@ def _run_workflow(
         tolerance=tolerance,
         cells=localise(gap.calibrated.residuals, gap.marks, gap.calibrated.fitted.data_residuals, holds_noise=True),
         decision=decide(facts),  # what a search finds takes its place
+        foreseen=foreseen,
         left_p_value=gap.gap_test.p_value,
         warnings=[*more, *warnings],  # what makes all numbers doubtful comes first
     )

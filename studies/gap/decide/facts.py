@@ -12,7 +12,7 @@ from apesim.studies.gap.decide.held_out import HeldOut
 from apesim.studies.gap.decide.inclusion import find_inclusions, find_log_odds
 from apesim.studies.gap.decide.odd_files import OddChannel, list_odd_files
 from apesim.studies.gap.reasons import Reason, ReasonKind
-from apesim.studies.gap.search.model_selection import PricedModel
+from apesim.studies.gap.search.model_selection import Foreseen, PricedModel
 from apesim.studies.gap.search.plausibility import find_implausible
 from apesim.studies.gap.search.run_faults import find_files
 from apesim.studies.gap.search.score_test import find_cosine
@@ -45,6 +45,8 @@ class Facts:
     choices: tuple[PricedModel, ...] | None = None
     """Single effects, faults of files, and sets of them, the least penalised cost first; None: nothing was searched
     for, as noise alone explains what the calibrated machine leaves, in every channel of every file."""
+    foreseen: tuple[Foreseen, ...] = ()
+    """Sets that were not fitted, as a linear model foresees them."""
     size: float = 0.0
     """Root mean square of the gap over the noise, in the signal and phase where it is largest."""
     judged: HeldOut | None = None
@@ -167,7 +169,7 @@ class Facts:
     def doubt(self) -> ReasonKind | None:
         """The reason for which an effect is not sure enough; of one alone that is asked beside far numbers only."""
         is_asked = not self.is_single or self.best.model.pulled
-        return find_doubt(self.base, self.best, self.choices or ()) if is_asked else None
+        return find_doubt(self.base, self.best, self.choices or (), self.foreseen) if is_asked else None
 
     @cached_property
     def is_single_faint(self) -> bool:
@@ -180,7 +182,9 @@ def find_explained_gap(base: Model, model: Model) -> np.ndarray:
     return base.fitted.data_residuals - model.fitted.data_residuals
 
 
-def find_doubt(base: Model, best: PricedModel, choices: Sequence[PricedModel]) -> ReasonKind | None:
+def find_doubt(
+    base: Model, best: PricedModel, choices: Sequence[PricedModel], foreseen: Sequence[Foreseen] = ()
+) -> ReasonKind | None:
     """The reason for which effects are not named: one is not sure enough over all models; None where each is.
 
     With its twins each effect of `best` has to have log odds of `MIN_LOG_ODDS` (see
@@ -194,12 +198,12 @@ def find_doubt(base: Model, best: PricedModel, choices: Sequence[PricedModel]) -
     'SECOND_IS_FAINT'
     """
     effects = set(best.names)
-    for each in find_inclusions(base, choices):
+    for each in find_inclusions(base, choices, foreseen):
         if not set(each.names) & effects:
             continue
         if each.log_odds < MIN_LOG_ODDS:
             return ReasonKind.SECOND_IS_FAINT if len(effects) > 1 else ReasonKind.EFFECT_IS_FAINT
-        if len(each.names) > 1 and find_log_odds(base, choices, each.names[:1]) < log(MIN_TWIN_ODDS):
+        if len(each.names) > 1 and find_log_odds(base, choices, each.names[:1], foreseen) < log(MIN_TWIN_ODDS):
             return ReasonKind.SEVERAL_PAIRS
     return None
 

@@ -1,8 +1,10 @@
-"""How far the data speak for each effect, over all models that were fitted.
+"""How far the data speak for each effect, over all models.
 
 A laboratory asks whether an effect is there, and not which model is the best of many. The weight of a model is
 ``exp(-cost / 2)`` with its penalised cost; the odds of an effect are the weights of all models that contain it, over
-those of all others, the calibrated machine among these. Effects that do the same to these data are one.
+those of all others, the calibrated machine among these. Sets that were not fitted count by what a linear model foresees
+of them: else an effect that all fitted models share would look surer than it is. Effects that do the same to these data
+are one.
 """
 
 from collections.abc import Iterable, Sequence
@@ -12,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.studies.estimation.model import Model
-from apesim.studies.gap.search.model_selection import PricedModel
+from apesim.studies.gap.search.model_selection import Foreseen, PricedModel
 from apesim.studies.gap.search.run_faults import find_files
 from apesim.studies.gap.search.score_test import find_cosine
 from apesim.studies.gap.thresholds import ALIKE, AMBIGUOUS_COST, MIN_SURE_ODDS
@@ -32,50 +34,56 @@ class Inclusion(NamedTuple):
     """Natural logarithm of the weight of all models that contain one of them over that of all others."""
 
 
-def find_inclusions(base: Model, choices: Sequence[PricedModel]) -> list[Inclusion]:
+def find_inclusions(base: Model, choices: Sequence[PricedModel], foreseen: Sequence[Foreseen] = ()) -> list[Inclusion]:
     """Find how far the data speak for each effect, averaged over models.
 
     It is Bayesian model averaging (Hoeting et al. 1999, doi 10.1214/ss/1009212519, Eq. 1). `base` is the calibrated
-    machine; `choices` are the models that were fitted, the least penalised cost first. Effects of the best choice come
-    first, then those of the next ones.
+    machine; `choices` are the models that were fitted, the least penalised cost first; `foreseen` are sets that were
+    not. Effects of the best choice come first, then those of the next ones.
     """
     if not choices:
         return []
     twins = find_twins(base, choices)
     groups: list[tuple[str, ...]] = []
-    for name in (name for choice in choices for name in choice.names):
+    for name in (name for each in (*choices, *foreseen) for name in each.names):
         if not any(name in group for group in groups):
             groups.append((name, *twins.get(name, ())))
-    return [Inclusion(group, find_log_odds(base, choices, group)) for group in groups]
+    return [Inclusion(group, find_log_odds(base, choices, group, foreseen)) for group in groups]
 
 
 def find_sure(
-    base: Model, choices: Sequence[PricedModel], explanations: Sequence[PricedModel]
+    base: Model,
+    choices: Sequence[PricedModel],
+    explanations: Sequence[PricedModel],
+    foreseen: Sequence[Foreseen] = (),
 ) -> tuple[tuple[str, ...], ...]:
     """Find what is sure though several explanations are open: each effect with its twins behind it, the best's first.
 
     All of `explanations`, which are the best choice and its rivals, have to contain it or a twin, and over all models
-    its odds have to be `MIN_SURE_ODDS`. A fault of a file is never sure in this way. `base` and `choices` are those of
-    `find_inclusions`.
+    its odds have to be `MIN_SURE_ODDS`. A fault of a file is never sure in this way. `base`, `choices` and
+    `foreseen` are those of `find_inclusions`.
     """
     files = {each.name for choice in choices for each in choice.model.candidates if find_files([each])}
     return tuple(
         each.names
-        for each in find_inclusions(base, choices)
+        for each in find_inclusions(base, choices, foreseen)
         if each.log_odds >= log(MIN_SURE_ODDS)
         and not files & set(each.names)
         and all(set(each.names) & set(explanation.names) for explanation in explanations)
     )
 
 
-def find_log_odds(base: Model, choices: Sequence[PricedModel], names: Sequence[str]) -> float:
+def find_log_odds(
+    base: Model, choices: Sequence[PricedModel], names: Sequence[str], foreseen: Sequence[Foreseen] = ()
+) -> float:
     """Find the log odds that one of some effects is there: weights of the models that have one over all others'.
 
     The logarithm is natural, and lies within `MAX_LOG_ODDS` to both sides; `base`, the calibrated machine, has none of
-    the effects.
+    the effects. What was not fitted counts from the best choice on: of runs held out it is taken to leave as much.
     """
-    log_weights = -0.5 * np.array([base.cost, *(choice.cost for choice in choices)])
-    has_it = np.array([False, *(bool(set(choice.names) & set(names)) for choice in choices)])
+    costs = [base.cost, *(choice.cost for choice in choices), *(choices[0].cost + each.excess for each in foreseen)]
+    log_weights = -0.5 * np.array(costs)
+    has_it = np.array([False, *(not set(names).isdisjoint(each.names) for each in (*choices, *foreseen))])
     with_it, without_it = (np.logaddexp.reduce(log_weights[each], initial=-np.inf) for each in (has_it, ~has_it))
     return float(np.clip(with_it - without_it, -MAX_LOG_ODDS, MAX_LOG_ODDS))
 

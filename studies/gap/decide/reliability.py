@@ -86,15 +86,16 @@ def list_statements(explanation: "Explanation") -> list[Statement]:
 
     That of the verdict comes first, but for `AMBIGUOUS`, which claims nothing.
     """
-    inclusions = find_inclusions(explanation.calibrated, explanation.ranked)
+    inclusions = find_inclusions(explanation.calibrated, explanation.ranked, explanation.foreseen)
     pulls = np.abs(explanation.best.fitted.x[explanation.best.residuals.known])
     shortfall = -log10(max(explanation.left_p_value, MIN_CHANCE))
     known: dict[str, Any] = {"shortfall": shortfall, "pull": float(pulls.max(initial=0.0))}
 
     # Of a rig of another bench, of a model that may be off and of numbers of the machine file no sealed case tells.
     is_like = explanation.measured.bench != CYLINDER and not list_discrepancies(explanation.noise)
-    candidates = (candidate for choice in explanation.ranked for candidate in choice.model.candidates)
-    numbers = {candidate.name for candidate in candidates if candidate.is_file_number}
+    fitted = (candidate for choice in explanation.ranked for candidate in choice.model.candidates)
+    others = (candidate for each in explanation.foreseen for candidate in each.candidates)
+    numbers = {candidate.name for candidate in (*fitted, *others) if candidate.is_file_number}
 
     def is_counted(names: Iterable[str]) -> bool:
         return is_like and not numbers & set(names)

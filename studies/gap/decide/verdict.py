@@ -211,5 +211,5 @@ def decide(facts: Facts) -> Decision:
     best, rivals = row.names(facts)
     sure: tuple[tuple[str, ...], ...] = ()
     if row.verdict == Verdict.AMBIGUOUS and best and facts.is_held:
-        sure = find_sure(facts.base, facts.choices or (), (best, *rivals))
+        sure = find_sure(facts.base, facts.choices or (), (best, *rivals), facts.foreseen)
     return Decision(row.verdict, best, rivals, reason, sure)

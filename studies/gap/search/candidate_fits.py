@@ -10,6 +10,7 @@ from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap
 from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
 from apesim.studies.gap.search.model_selection import (
+    Foreseen,
     PricedModel,
     fit_faults,
     fit_large,
@@ -31,8 +32,10 @@ MAX_PAIRED_FAULTS = 10
 
 def fit_candidates(
     gap: CalibratedGap, library_size: int, work: Work, others: Sequence[MeasuredRun] = ()
-) -> tuple[CalibratedGap, list[PricedModel]]:
+) -> tuple[CalibratedGap, list[PricedModel], list[Foreseen]]:
     """Fit all models that may explain a gap; give the gap, its scatter taken anew where runs scatter, and the fits.
+
+    The third value is what is foreseen of the sets that were not fitted; none where sets were not looked at.
 
     The best single effects and faults of single files by score come first. Where the best of these is doubtful, effects
     that show when they are large follow, and then sets of one to three by linear models. Scatter is taken at the best
@@ -44,17 +47,18 @@ def fit_candidates(
     base, ranked, fault_scores = gap.calibrated, gap.scores, _score_faults(gap)
     fits += fit_faults(base, fault_scores, fits, library_size, work)
     if not is_doubtful(fits, gap):
-        return gap, _select_best_of_sets(fits)
+        return gap, _select_best_of_sets(fits), []
     large = fit_large(base, ranked, fits, library_size, work)
     is_better = bool(large) and large[0].cost < min(choice.cost for choice in fits)
     fits += large
+    foreseen: list[Foreseen] = []
     if not is_better or is_doubtful(fits, gap):
-        sets = fit_sets(base, _list_paired(gap), fits, library_size, work)
+        sets, foreseen = fit_sets(base, _list_paired(gap), fits, library_size, work)
         fits += sets
         if sets and sets[0] is min(fits, key=lambda choice: choice.cost):
             fits += refit_each_alone(base, sets[0], library_size, work)
             gap, fits = take_scatter_at_best(gap, fits, others, work)
-    return gap, _select_best_of_sets(fits)
+    return gap, _select_best_of_sets(fits), foreseen
 
 
 def _select_best_of_sets(fits: list[PricedModel]) -> list[PricedModel]:

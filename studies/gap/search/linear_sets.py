@@ -65,6 +65,11 @@ class LinearSet(NamedTuple):
         """Names of the candidates."""
         return frozenset(candidate.name for candidate in self.candidates)
 
+    @property
+    def added(self) -> int:
+        """Number of parameters of the candidates."""
+        return sum(len(candidate.parameters) for candidate in self.candidates)
+
     def price(self, penalty: float) -> float:
         """Sum of squares and the penalty of each candidate."""
         return self.cost + penalty * len(self.candidates)

@@ -1,7 +1,8 @@
 """The models that may explain the gap, fitted and ranked by penalised cost."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from functools import partial
+from itertools import takewhile
 from math import log
 from typing import Any, NamedTuple
 
@@ -9,7 +10,15 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import unless_ended
-from apesim.studies.gap.search.linear_sets import LARGEST_SET, LinearModel, linearise_base, linearise_best, rank_sets
+from apesim.studies.gap.search.candidates import Candidate
+from apesim.studies.gap.search.linear_sets import (
+    LARGEST_SET,
+    LinearModel,
+    LinearSet,
+    linearise_base,
+    linearise_best,
+    rank_sets,
+)
 from apesim.studies.gap.search.refit import probe_large_sizes, refit, refit_one
 from apesim.studies.gap.search.score_test import Score, Sensitivity, find_sensitivities, project_for_model
 from apesim.studies.gap.stage_work import Work
@@ -36,6 +45,9 @@ NEGLIGIBLE_SHARE = 0.1
 MIN_FORESEEN = 0.3
 """Share of what the best model takes off the calibrated machine's sum of squares that a linear model has to foresee of
 another, so that it is fitted. Of a hundred fits that came near the best, the least was foreseen to take half."""
+REACH = 2.0 * log(1e6)
+"""Penalised cost above that of the best model from which a set that was not fitted counts for nothing: a millionth of
+the best model's weight."""
 Pair = tuple[tuple[Any, ...], tuple[Any, ...]]
 """Candidates with the values x from which each starts."""
 
@@ -53,6 +65,20 @@ class PricedModel(NamedTuple):
         return self.model.names or self.model.corrected
 
 
+class Foreseen(NamedTuple):
+    """A set of candidates that was not fitted, and what a linear model foresees of it."""
+
+    candidates: tuple[Candidate, ...]
+    excess: float
+    """Penalised cost above that of the best model that was fitted. It is 0 where the linear model foresees less: such
+    sets are fitted first, so that one that was not is at most as good."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the candidates."""
+        return tuple(candidate.name for candidate in self.candidates)
+
+
 def find_term_penalty(library: int) -> float:
     """The penalty of one effect of the library of n, ``2 ln(n / p)``, in units of the sum of squares.
 
@@ -65,7 +91,7 @@ def find_term_penalty(library: int) -> float:
     return 2.0 * log(max(library, 1) / TERM_CHANCE)
 
 
-def find_penalty(model: Model, library: int) -> float:
+def find_penalty(model: Model | LinearSet, library: int) -> float:
     """The penalty of a model: that of a term for each effect, and 2 for each parameter beyond one an effect.
 
     It is in units of the sum of squares; `library` is the number of candidates. The price of a term is that of PASTIS
@@ -126,8 +152,10 @@ def fit_faults(
 
 def fit_sets(
     base: Model, sensitivities: Sequence[Sensitivity], alone: Sequence[PricedModel], library: int, work: Work
-) -> list[PricedModel]:
+) -> tuple[list[PricedModel], list[Foreseen]]:
     """Fit the most promising singles, pairs and sets of three, by linear models of all of them; the best fit first.
+
+    The second value is what the last linear model foresees of the sets that were not fitted.
 
     The first linear model is that at the calibrated machine `base`, with the `sensitivities` there. Each further one is
     taken at the best model so far, until that is the same once more: about it the others are foreseen best. `alone` are
@@ -135,7 +163,8 @@ def fit_sets(
     """
     fits = list(alone)
     singles = [choice.model for choice in alone if len(choice.model.candidates) == 1]
-    _fit_ranked(base, linearise_base(base, sensitivities, singles), fits, library, work)
+    _, tried = _fit_ranked(base, linearise_base(base, sensitivities, singles), fits, library, work)
+    foreseen: list[Foreseen] = []
     linearised: set[frozenset[str]] = set()
     for _ in range(MAX_ROUNDS):
         best = min((choice for choice in fits if choice.model.candidates), key=lambda choice: choice.cost, default=None)
@@ -143,12 +172,41 @@ def fit_sets(
             break
         linearised.add(frozenset(best.names))
         others = _find_sensitivities_beside(best.model, sensitivities, work)
-        _fit_ranked(base, linearise_best(best.model, others), fits, library, work)
-    return sorted(fits[len(alone) :], key=lambda choice: choice.cost)
+        ranked, now_tried = _fit_ranked(base, linearise_best(best.model, others), fits, library, work)
+        tried |= now_tried
+        foreseen = foresee_others(ranked, tried, best, min(choice.cost for choice in fits), library)
+    return sorted(fits[len(alone) :], key=lambda choice: choice.cost), foreseen
 
 
-def _fit_ranked(base: Model, linear: LinearModel, fits: list[PricedModel], library: int, work: Work) -> None:
-    """Fit the sets that leave least by a linear model and were not fitted yet, see `MIN_SETS`; add them to the fits."""
+def foresee_others(
+    ranked: Sequence[LinearSet], tried: Container[frozenset[str]], about: PricedModel, least: float, library: int
+) -> list[Foreseen]:
+    """Foresee what the sets that were not tried would cost, by a linear model about a fit; those within `REACH` alone.
+
+    `ranked` are all sets by that linear model, the one that leaves least first, and `about` is the fit: the others cost
+    more than it by as much as the linear model says. `least` is the cost of the best model that was fitted, `library`
+    the number of candidates.
+    """
+    own = next((each.cost for each in ranked if each.names == frozenset(about.names)), about.model.fitted.cost)
+    above = about.model.cost - own - least
+    term = find_term_penalty(library)
+    near = takewhile(lambda each: each.price(term) + above < REACH, ranked)
+    foreseen = (
+        Foreseen(each.candidates, max(0.0, each.cost + find_penalty(each, library) + above))
+        for each in near
+        if each.names not in tried
+    )
+    return [each for each in foreseen if each.excess < REACH]
+
+
+def _fit_ranked(
+    base: Model, linear: LinearModel, fits: list[PricedModel], library: int, work: Work
+) -> tuple[list[LinearSet], set[frozenset[str]]]:
+    """Fit the sets that leave least by a linear model and were not fitted yet, see `MIN_SETS`; add them to the fits.
+
+    All sets come back as the linear model ranks them, and the names of those that were fitted, or that did not come to
+    their end.
+    """
     penalty = find_term_penalty(library)
     ranked, tried = rank_sets(linear, penalty), {frozenset(choice.names) for choice in fits}
     untried = [each for each in ranked[: len(tried) + MAX_SETS] if each.names not in tried]
@@ -162,6 +220,7 @@ def _fit_ranked(base: Model, linear: LinearModel, fits: list[PricedModel], libra
             if len(each.candidates) == size
         ]
         fits += _fit_all(base, refit, tasks, fits, library, work, "fitting sets")
+    return ranked, tried | {each.names for each in wanted}
 
 
 def _find_sensitivities_beside(model: Model, sensitivities: Sequence[Sensitivity], work: Work) -> list[Sensitivity]:

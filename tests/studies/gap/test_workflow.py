@@ -9,9 +9,14 @@ from apesim.engine.machine import Machine
 from apesim.quantities.settings import load
 from apesim.studies.estimation.parameters import DECLARED, shown, value_of
 from apesim.studies.execution import pool
+from apesim.studies.gap import workflow
+from apesim.studies.gap.decide.verdict import decide
 from apesim.studies.gap.report.effect_rows import describe_effects
 from apesim.studies.gap.report.likely_cause import describe_cause
 from apesim.studies.gap.report.verdict_json import write_sentence
+from apesim.studies.gap.search.candidate_fits import fit_candidates
+from apesim.studies.gap.search.candidates import Candidate
+from apesim.studies.gap.search.model_selection import Foreseen
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import Measured, MeasuredRun, read_measured
 from apesim.studies.measured.prediction import predict, run_of, with_value
@@ -37,6 +42,15 @@ def test_where_nothing_is_missing_nothing_is_found(measure):
     assert np.abs(found.calibrated.fitted.x).max() < 3.0
     checked = found.held_out
     assert checked["before"] == checked["after"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_what_is_foreseen_of_sets_that_were_not_fitted_reaches_the_verdict_and_the_explanation(measure, monkeypatch):
+    rival = Foreseen((Candidate("bounce", (), ()),), 20.0)
+    monkeypatch.setattr(workflow, "fit_candidates", lambda *how: (*fit_candidates(*how)[:2], [rival]))
+    seen = []
+    monkeypatch.setattr(workflow, "decide", lambda facts: seen.append(facts.foreseen) or decide(facts))
+    found = explained(measure(Bench(dry_friction=3.0, breakaway=3.0)), without=BUT_RIVALS)
+    assert (found.foreseen, seen[-1]) == ([rival], (rival,))
 
 
 @among

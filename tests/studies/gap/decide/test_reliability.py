@@ -1,7 +1,7 @@
 """What an explanation claims, and how probable it says that to be."""
 
 from dataclasses import replace
-from math import asinh, exp
+from math import asinh, exp, sinh
 
 import pytest
 
@@ -13,6 +13,7 @@ from apesim.studies.gap.example_bench import explain_example
 from apesim.studies.gap.reasons import Verdict
 from apesim.studies.gap.report.verdict_json import describe
 from apesim.studies.gap.search.candidates import Candidate
+from apesim.studies.gap.search.model_selection import Foreseen
 from apesim.studies.measured import CYLINDER
 
 
@@ -79,6 +80,16 @@ def test_of_numbers_of_the_machine_file_no_probability_is_given(counted):
     found = replace(explanation, ranked=[wrong], decision=explanation.decision._replace(best=wrong))
     assert [find_probability(each) for each in list_statements(found)] == [None, None]
     assert None not in [find_probability(each) for each in list_statements(explanation)]
+
+
+def test_sets_that_were_not_fitted_count_in_what_is_stated(counted):
+    explanation = explain_example()
+    number = Candidate("valve.stroke", (Parameter("valve.stroke", 0.1, -6.0, 6.0, 9e-3, True, True),), ())
+    found = replace(explanation, foreseen=[Foreseen((number,), 4.0)])
+    name, effect, *_, stroke = list_statements(found)
+    assert name.evidence < list_statements(explanation)[0].evidence
+    assert sinh(effect.evidence) == pytest.approx(2.0, abs=0.1)
+    assert (stroke.about, stroke.is_counted) == (("valve.stroke",), False)
 
 
 def test_a_refusal_denies_the_surest_effect():

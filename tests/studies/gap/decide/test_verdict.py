@@ -14,7 +14,7 @@ from apesim.studies.gap.decide.operating_points import find_points
 from apesim.studies.gap.decide.verdict import TABLE, decide, find_row
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search.candidates import Candidate
-from apesim.studies.gap.search.model_selection import PricedModel, find_term_penalty, price_model
+from apesim.studies.gap.search.model_selection import Foreseen, PricedModel, find_term_penalty, price_model
 from apesim.studies.gap.thresholds import MAX_CORRECTED, MIN_LOG_ODDS
 from apesim.studies.measured import MeasuredRun
 
@@ -308,6 +308,17 @@ def test_many_models_without_an_effect_make_it_less_sure_than_the_best_of_them_a
     others = [choice(far, "a", name, gap=SHAPE) for name in "cdefgh"]
     assert verdict_of(pair, others[0]) == "TWO_EFFECTS"
     assert verdict_of(pair, *others) == "AMBIGUOUS"
+
+
+def test_sets_that_were_not_fitted_make_an_effect_less_sure():
+    pair, sure = choice(100.0, "a", "b", gap=SHAPE), 2.0 * MIN_LOG_ODDS
+    others = tuple(Candidate(name, (), ()) for name in "ac")
+    said = [decision_of(pair, foreseen=(Foreseen(others, excess),)) for excess in (sure + 1.0, sure - 1.0)]
+    assert [str(each.verdict) for each in said] == ["TWO_EFFECTS", "AMBIGUOUS"]
+    assert said[1].reason.kind is ReasonKind.SECOND_IS_FAINT
+    tied = (pair, choice(101.0, "a", "d", gap=OTHER))
+    both = (decision_of(*tied), decision_of(*tied, foreseen=(Foreseen(others[1:], 5.0),)))
+    assert [each.sure for each in both] == [(("a",),), ()]
 
 
 def test_pairs_that_differ_by_what_looks_alike_are_one_finding_unless_they_are_as_good():

@@ -38,7 +38,7 @@ def found(tmp_path_factory):
     base, _ = calibrate(machine, measured)
     effects = [effect for effect in select_effects("valve") if effect.name in FREED]
     base, columns, _ = score_candidates(base, find_candidates(machine, "valve", effects), Work())
-    _, tried = fit_candidates(check_against_noise(base, columns, []), len(effects), Work())
+    _, tried, _ = fit_candidates(check_against_noise(base, columns, []), len(effects), Work())
     return SimpleNamespace(measured=measured, calibrated=base, sensitivities=columns, fits=tried)
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.gap.example_bench import explain_example
+from apesim.studies.gap.search import model_selection
 from apesim.studies.gap.search.candidates import Candidate, Probe
 from apesim.studies.gap.search.linear_sets import Column, LinearModel, linearise_base, linearise_best, rank_sets
 from apesim.studies.gap.search.model_selection import fit_sets
@@ -114,9 +115,31 @@ def test_a_shape_stays_where_its_effect_is_taken_to_be_off():
 def test_no_set_is_fitted_twice_and_every_fit_is_as_good_as_what_it_contains():
     explanation = explain_example()
     alone = [choice for choice in explanation.fits if len(choice.names) == 1]
-    found = fit_sets(explanation.calibrated, explanation.sensitivities, alone, 3, Work())
+    found, _ = fit_sets(explanation.calibrated, explanation.sensitivities, alone, 3, Work())
     names = [frozenset(choice.names) for choice in (*alone, *found)]
     assert len(set(names)) == len(names)
     costs = {frozenset(choice.names): choice.model.cost for choice in (*alone, *found)}
     for one, cost in costs.items():
         assert all(cost <= costs[other] + 1e-6 for other in costs if other < one)
+
+
+def test_what_is_foreseen_of_sets_that_were_not_fitted_is_near_what_their_fits_give(monkeypatch):
+    monkeypatch.setattr(model_selection, "MIN_SETS", 0)
+    monkeypatch.setattr(model_selection, "MAX_SETS", 0)
+    explanation = explain_example()
+    costs = {frozenset(choice.names): choice.cost for choice in explanation.fits}
+    best = [choice for choice in explanation.fits if choice.names == ("side_force",)]
+    fitted, foreseen = fit_sets(explanation.calibrated, explanation.sensitivities, best, 3, Work())
+    names = {frozenset(each.names) for each in foreseen}
+    assert not names & {frozenset(choice.names) for choice in (*best, *fitted)}
+    assert len(names) == 3
+    for each in foreseen:
+        error = each.excess - (costs[frozenset(each.names)] - min(costs.values()))
+        assert abs(error) < (0.5 if len(each.names) == 2 else 3.0)
+
+
+def test_a_set_whose_simulation_does_not_come_to_its_end_is_not_foreseen(monkeypatch):
+    explanation = explain_example()
+    best = [choice for choice in explanation.fits if choice.names == ("side_force",)]
+    monkeypatch.setattr(model_selection, "_fit_all", lambda *_: [])
+    assert fit_sets(explanation.calibrated, explanation.sensitivities, best, 3, Work()) == ([], [])

@@ -197,6 +197,6 @@ def test_pairs_are_tried_where_the_best_explanation_is_beyond_its_range(end, tri
     columns = find_sensitivities(residuals, base.fitted, candidates, Work())
     ranked = find_scores(columns, base.fitted.residuals)
     gap = CalibratedGap(base, columns, [], [], ranked, np.zeros((len(base.fitted.residuals), 0)), None)
-    _, found = fit_candidates(gap, 2, Work())
+    _, found, _ = fit_candidates(gap, 2, Work())
     assert found[0].names == (PLAIN.name,)
     assert {len(choice.names) for choice in found} == tried

@@ -66,5 +66,5 @@ def test_without_scatter_nothing_is_done_again():
     measured, machine = read_example(), Machine()
     candidates = find_candidates(machine, measured.bench, select_effects(measured.bench, list_left_out(), machine))
     gap, _, _ = find_gap(machine, measured, candidates, Work())
-    again, _ = fit_candidates(gap, len(candidates), Work())
+    again, _, _ = fit_candidates(gap, len(candidates), Work())
     assert again is gap
