@@ -1,6 +1,6 @@
 """All models that may explain a gap: effects, faults of files and sets of them, fitted through the simulator."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -58,7 +58,21 @@ def fit_candidates(
         if sets and sets[0] is min(fits, key=lambda choice: choice.cost):
             fits += refit_each_alone(base, sets[0], library_size, work)
             gap, fits = take_scatter_at_best(gap, fits, others, work)
+            foreseen = list(count_from_best(foreseen, sets[0].names, fits))
     return gap, _select_best_of_sets(fits), foreseen
+
+
+def count_from_best(
+    foreseen: Iterable[Foreseen], about: Sequence[str], fits: Sequence[PricedModel]
+) -> Iterator[Foreseen]:
+    """Count what was foreseen about some fit from the best of all fits, where their costs have changed since.
+
+    `about` are the names of that fit, which was the best. Where it is not among `fits` any more, nothing is foreseen.
+    """
+    for choice in fits:
+        if choice.names == tuple(about):
+            behind = choice.cost - min(each.cost for each in fits)
+            yield from (each._replace(excess=each.excess + behind) for each in foreseen)
 
 
 def _select_best_of_sets(fits: list[PricedModel]) -> list[PricedModel]:

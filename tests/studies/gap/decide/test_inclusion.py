@@ -8,6 +8,7 @@ import pytest
 
 from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.gap.decide.inclusion import find_inclusions, find_log_odds, find_twins
+from apesim.studies.gap.search.candidate_fits import count_from_best
 from apesim.studies.gap.search.candidates import Candidate, Probe
 from apesim.studies.gap.search.linear_sets import Column, LinearModel, rank_sets
 from apesim.studies.gap.search.model_selection import Foreseen, PricedModel, find_term_penalty, foresee_others
@@ -144,3 +145,10 @@ def test_what_is_foreseen_better_than_all_fits_counts_as_much_as_the_best():
     assert set(others[0].names) == ranked[0].names
     assert others[0].excess == 0.0
     assert find_log_odds(BASE, [second], ["b"], others[:1]) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_where_costs_have_changed_what_was_foreseen_is_counted_from_the_best_of_now():
+    fits = [choice(60.0, "c"), choice(64.0, "a", "b"), choice(70.0, "a")]
+    others = [foreseen(3.0, "a", "d"), foreseen(5.0, "b", "d")]
+    assert [each.excess for each in count_from_best(others, ["a", "b"], fits)] == [7.0, 9.0]
+    assert list(count_from_best(others, ["a", "b"], fits[:1])) == []
