@@ -164,7 +164,8 @@ def fit_sets(
     fits = list(alone)
     singles = [choice.model for choice in alone if len(choice.model.candidates) == 1]
     _, tried = _fit_ranked(base, linearise_base(base, sensitivities, singles), fits, library, work)
-    foreseen: list[Foreseen] = []
+    about: PricedModel | None = None
+    ranked: list[LinearSet] = []
     linearised: set[frozenset[str]] = set()
     for _ in range(MAX_ROUNDS):
         best = min((choice for choice in fits if choice.model.candidates), key=lambda choice: choice.cost, default=None)
@@ -173,30 +174,45 @@ def fit_sets(
         linearised.add(frozenset(best.names))
         others = _find_sensitivities_beside(best.model, sensitivities, work)
         ranked, now_tried = _fit_ranked(base, linearise_best(best.model, others), fits, library, work)
-        tried |= now_tried
-        foreseen = foresee_others(ranked, tried, best, min(choice.cost for choice in fits), library)
+        about, tried = best, tried | now_tried
+    foreseen = foresee_others(ranked, tried, about, fits, library) if about else []
     return sorted(fits[len(alone) :], key=lambda choice: choice.cost), foreseen
 
 
 def foresee_others(
-    ranked: Sequence[LinearSet], tried: Container[frozenset[str]], about: PricedModel, least: float, library: int
+    ranked: Sequence[LinearSet],
+    tried: Container[frozenset[str]],
+    about: PricedModel,
+    fits: Sequence[PricedModel],
+    library: int,
 ) -> list[Foreseen]:
     """Foresee what the sets that were not tried would cost, by a linear model about a fit; those within `REACH` alone.
 
     `ranked` are all sets by that linear model, the one that leaves least first, and `about` is the fit: the others cost
-    more than it by as much as the linear model says. `least` is the cost of the best model that was fitted, `library`
-    the number of candidates.
+    more than it by as much as the linear model says. Of an effect that bends the data it may promise much that no fit
+    keeps: a set falls as short of its promise as the worst of its candidates, each by what its best fit fell short.
+    `fits` are all models that were fitted, `library` is the number of candidates.
     """
+    least = min(choice.cost for choice in fits)
     own = next((each.cost for each in ranked if each.names == frozenset(about.names)), about.model.fitted.cost)
-    above = about.model.cost - own - least
-    term = find_term_penalty(library)
-    near = takewhile(lambda each: each.price(term) + above < REACH, ranked)
-    foreseen = (
-        Foreseen(each.candidates, max(0.0, each.cost + find_penalty(each, library) + above))
-        for each in near
+    start, term = about.model.cost - least - own, find_term_penalty(library)
+
+    def foresee(each: LinearSet) -> float:
+        return start + each.cost + find_penalty(each, library)
+
+    # Of each candidate the fit that keeps most of what was foreseen of it tells how far the others may be off.
+    costs = {frozenset(choice.names): choice.cost - least for choice in fits}
+    short: dict[str, float] = {}
+    for each in ranked:
+        if each.names in costs:
+            error = costs[each.names] - foresee(each)
+            short |= {name: min(error, short.get(name, error)) for name in each.names}
+    others = [
+        Foreseen(each.candidates, max(0.0, foresee(each) + max(0.0, *(short.get(name, 0.0) for name in each.names))))
+        for each in takewhile(lambda each: start + each.price(term) < REACH, ranked)
         if each.names not in tried
-    )
-    return [each for each in foreseen if each.excess < REACH]
+    ]
+    return [each for each in others if each.excess < REACH]
 
 
 def _fit_ranked(

@@ -65,7 +65,7 @@ def split_problem(linear, costs, fitted):
     best.model.cost = best.model.fitted.cost = best.cost - len(best.names) * find_term_penalty(LIBRARY)
     base = model((), 0.0 * SHAPE)
     base.cost = costs[frozenset()]
-    return base, choices, foresee_others(ranked, tried, best, best.cost, LIBRARY)
+    return base, choices, foresee_others(ranked, tried, best, choices, LIBRARY)
 
 
 def test_odds_are_the_weights_of_all_models_with_an_effect_over_those_of_all_without():
@@ -141,10 +141,23 @@ def test_what_is_foreseen_better_than_all_fits_counts_as_much_as_the_best():
     ranked = rank_sets(linear, find_term_penalty(LIBRARY))
     second = choice(costs[ranked[1].names], *ranked[1].names)
     second.model.cost = second.model.fitted.cost = second.cost - len(second.names) * find_term_penalty(LIBRARY)
-    others = foresee_others(ranked, [ranked[1].names], second, second.cost, LIBRARY)
+    others = foresee_others(ranked, [ranked[1].names], second, [second], LIBRARY)
     assert set(others[0].names) == ranked[0].names
     assert others[0].excess == 0.0
     assert find_log_odds(BASE, [second], ["b"], others[:1]) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_candidate_whose_fits_fall_short_of_what_was_foreseen_is_not_believed():
+    linear, costs = linear_problem({"a": 0.6, "b": 0.5, "c": 0.4})
+    ranked = rank_sets(linear, find_term_penalty(LIBRARY))
+    best = choice(costs[frozenset("ab")], "a", "b")
+    best.model.cost = best.model.fitted.cost = best.cost - 2.0 * find_term_penalty(LIBRARY)
+    tried = [frozenset("ab"), frozenset("ac"), frozenset("ad")]
+    sound = [best, choice(costs[frozenset("ac")], "a", "c"), choice(costs[frozenset("ad")], "a", "d")]
+    bent = [*sound[:1], sound[1]._replace(cost=sound[1].cost + 100.0), sound[2]._replace(cost=sound[2].cost - 5.0)]
+    before, after = (foresee_others(ranked, tried, best, fits, LIBRARY) for fits in (sound, bent))
+    assert any("c" in each.names for each in before)
+    assert after == [each for each in before if "c" not in each.names]
 
 
 def test_where_costs_have_changed_what_was_foreseen_is_counted_from_the_best_of_now():
