@@ -140,8 +140,8 @@ def _run_workflow(
     fits: list[PricedModel] = []
     foreseen: list[Foreseen] = []
     if is_searched:
-        others = measured.of(GATE) + measured.of(CHECK)
-        gap, fits, foreseen = fit_candidates(gap, len(candidates) + len(faults), work, others)
+        held_out = measured.of(GATE) + measured.of(CHECK)
+        gap, fits, foreseen = fit_candidates(gap, len(candidates) + len(faults), work, held_out)
     facts = Facts(gap.calibrated, gap.gap_test.p_value, tolerance, foreseen=tuple(foreseen))
     explanation = Explanation(
         measured=measured,

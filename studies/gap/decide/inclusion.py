@@ -45,7 +45,7 @@ def find_inclusions(base: Model, choices: Sequence[PricedModel], foreseen: Seque
         return []
     twins = find_twins(base, choices)
     groups: list[tuple[str, ...]] = []
-    for name in (name for each in (*choices, *foreseen) for name in each.names):
+    for name in (name for names in _list_sets(choices, foreseen) for name in names):
         if not any(name in group for group in groups):
             groups.append((name, *twins.get(name, ())))
     return [Inclusion(group, find_log_odds(base, choices, group, foreseen)) for group in groups]
@@ -83,9 +83,14 @@ def find_log_odds(
     """
     costs = [base.cost, *(choice.cost for choice in choices), *(choices[0].cost + each.excess for each in foreseen)]
     log_weights = -0.5 * np.array(costs)
-    has_it = np.array([False, *(not set(names).isdisjoint(each.names) for each in (*choices, *foreseen))])
+    has_it = np.array([False, *(not set(names).isdisjoint(each) for each in _list_sets(choices, foreseen))])
     with_it, without_it = (np.logaddexp.reduce(log_weights[each], initial=-np.inf) for each in (has_it, ~has_it))
     return float(np.clip(with_it - without_it, -MAX_LOG_ODDS, MAX_LOG_ODDS))
+
+
+def _list_sets(choices: Iterable[PricedModel], foreseen: Iterable[Foreseen]) -> list[tuple[str, ...]]:
+    """Names of what each model adds, those that were fitted before those that were not."""
+    return [*(choice.names for choice in choices), *(each.names for each in foreseen)]
 
 
 def find_twins(base: Model, choices: Sequence[PricedModel]) -> dict[str, tuple[str, ...]]:
