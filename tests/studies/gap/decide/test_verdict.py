@@ -329,6 +329,8 @@ def test_pairs_that_differ_by_what_looks_alike_are_one_finding_unless_they_are_a
 
     assert verdict_of(pair, other(106.0), single) == "TWO_EFFECTS"
     assert verdict_of(pair, other(102.0), single) == "AMBIGUOUS"
+    with_twin = Foreseen(tuple(Candidate(name, (), ()) for name in "bcd"), 2.0)
+    assert verdict_of(pair, other(106.0), single, foreseen=(with_twin,)) == "AMBIGUOUS"
     assert verdict_of(pair, choice(106.0, "c", "d", gap=SHAPE), single) == "AMBIGUOUS"
 
 
