@@ -207,11 +207,18 @@ def foresee_others(
         if each.names in costs:
             error = costs[each.names] - foresee(each)
             short |= {name: min(error, short.get(name, error)) for name in each.names}
-    others = [
-        Foreseen(each.candidates, max(0.0, foresee(each) + max(0.0, *(short.get(name, 0.0) for name in each.names))))
-        for each in takewhile(lambda each: start + each.price(term) < REACH, ranked)
-        if each.names not in tried
-    ]
+    # What a set promises beyond the best fit is not believed either, nor in the larger sets that contain it.
+    others: list[Foreseen] = []
+    beyond: dict[frozenset[str], float] = {}
+    for each in takewhile(lambda each: start + each.price(term) < REACH, ranked):
+        names = each.names
+        if names in tried:
+            continue
+        off = max((promise for smaller, promise in beyond.items() if smaller < names), default=0.0)
+        excess = foresee(each) + max(off, *(short.get(name, 0.0) for name in names))
+        if excess < 0.0:
+            beyond[names] = off - excess
+        others.append(Foreseen(each.candidates, max(0.0, excess)))
     return [each for each in others if each.excess < REACH]
 
 

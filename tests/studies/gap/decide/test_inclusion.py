@@ -147,6 +147,17 @@ def test_what_is_foreseen_better_than_all_fits_counts_as_much_as_the_best():
     assert find_log_odds(BASE, [second], ["b"], others[:1]) == pytest.approx(0.0, abs=1e-3)
 
 
+def test_what_a_set_promises_beyond_all_fits_is_not_believed_of_the_sets_that_contain_it():
+    linear, costs = linear_problem({"a": 0.6, "b": 0.5, "c": 0.4})
+    ranked = rank_sets(linear, find_term_penalty(LIBRARY))
+    worse = choice(costs[frozenset("d")], "d")
+    worse.model.cost = worse.model.fitted.cost = worse.cost - find_term_penalty(LIBRARY)
+    excess = {frozenset(each.names): each.excess for each in foresee_others(ranked, [], worse, [worse], LIBRARY)}
+    assert costs[frozenset("ab")] < costs[frozenset("abe")] < worse.cost
+    assert excess[frozenset("ab")] == 0.0
+    assert excess[frozenset("abe")] == pytest.approx(costs[frozenset("abe")] - costs[frozenset("ab")])
+
+
 def test_a_candidate_whose_fits_fall_short_of_what_was_foreseen_is_not_believed():
     linear, costs = linear_problem({"a": 0.6, "b": 0.5, "c": 0.4})
     ranked = rank_sets(linear, find_term_penalty(LIBRARY))
