@@ -22,7 +22,7 @@ from tests.truth.scoring.again import HEADS, repeat_named, rows_again
 from tests.truth.scoring.benchmark import TOOLS, read
 from tests.truth.scoring.figures import figures
 from tests.truth.scoring.score import BAD_INPUT, NO_VERDICT, STATEMENTS
-from tests.truth.scoring.tables import rate, short
+from tests.truth.scoring.tables import say_interval, short
 from tests.truth.sealed.bank import Bank
 from tests.truth.sealed.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
 from tests.truth.sealed.second_schedule import FAULTY, TRIPLE
@@ -87,8 +87,7 @@ def list_figures(scored):
     rows = []
     for one in figures(scored):
         if one.cases:
-            interval = "–" if one.value is not None else rate(one.hits, one.cases)[2]
-            rows.append([one.what, short(one), interval, one.floor or "–", one.goal or "–"])
+            rows.append([one.what, short(one), say_interval(one), one.floor or "–", one.goal or "–"])
     return Table(["figure", "apesim", "95 % interval", "floor", "goal"], rows)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from apesim.studies.estimation import calibration, model, scatter_sizes
 from apesim.studies.estimation.heavy_tails import find_pull
 from apesim.studies.gap import thresholds
-from apesim.studies.gap.decide.reliability import load_reliability
+from apesim.studies.gap.decide.reliability import FEATURES, load_reliability
 from apesim.studies.gap.search import gap_test, model_selection, run_faults
 from docs.results import Number, Table
 
@@ -64,9 +64,14 @@ def list_thresholds():
 
 
 def list_reliability(kinds):
-    """What sealed cases tell of each kind of statement; "–" where they are too few for a probability."""
-    rows = []
-    for kind, counted in kinds.items():
-        brier = Number(round(counted["brier_apart"], 2)) if "brier_apart" in counted else "–"
-        rows.append([kind, Number(counted["statements"]), Number(counted["right"]), brier])
-    return Table(["statement", "made", "right", "Brier score"], rows or [["–", "–", "–", "–"]])
+    """What sealed cases tell of each kind of statement, and by what its log odds grow."""
+    rows = [
+        [kind, Number(counted["statements"]), Number(counted["right"]), *list_slopes(counted["slopes"])]
+        for kind, counted in kinds.items()
+    ]
+    return Table(["statement", "made", "right", *(f"`{name}`" for name in FEATURES)], rows)
+
+
+def list_slopes(slopes):
+    """Slopes of a kind of statement, in the order of the features; 0 where one says nothing of it."""
+    return [Number(round(slopes[name], 2)) for name in FEATURES]

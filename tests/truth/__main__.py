@@ -4,9 +4,9 @@
 --out DIR`` makes many, has ``apesim gap explain`` and the baselines solve them, and scores all. ``python -m tests.truth
 active --first N --cases N --out DIR`` counts the added runs that lead from a refusal or a tie to a name. ``python -m
 tests.truth calibrate --first N --cases N --out DIR --to FILE`` fits the probabilities of statements to sealed cases
-that no benchmark scores. ``python -m tests.truth again --cases N --out DIR`` measures rigs of solved cases that got a
-name once more, and lets the machines that were written explain the fresh data. ``python -m tests.truth wrong-numbers
---cases N --out DIR`` lets machine files with one wrong number explain data of the rig.
+that no benchmark scores, and judges them. ``python -m tests.truth again --cases N --out DIR`` measures rigs of solved
+cases that got a name once more, and lets the machines that were written explain the fresh data. ``python -m tests.truth
+wrong-numbers --cases N --out DIR`` lets machine files with one wrong number explain data of the rig.
 """
 
 import argparse
@@ -21,7 +21,7 @@ from tests.folders import find_commit
 
 from .scoring.active import run_loops, seeds_from, table
 from .scoring.again import HEADS, repeat_named, rows_again
-from .scoring.benchmark import TOOLS, benchmark
+from .scoring.benchmark import TOOLS, benchmark, read
 from .scoring.reliability import calibrate, write
 from .scoring.tables import comparison, markdown
 from .sealed.bank import Bank
@@ -56,6 +56,7 @@ def main():
     counted.add_argument("--cases", type=int, required=True)
     counted.add_argument("--out", required=True, help="folder of the cases; what is there already is kept")
     counted.add_argument("--jobs", type=int, default=1, help="cases at a time")
+    counted.add_argument("--solved", action="store_true", help="count the cases that are solved, and make no others")
     counted.add_argument("--to", required=True, help="file that gets the coefficients: reliability.json")
     again = commands.add_parser("again", help="let child machines explain fresh data of their rigs")
     again.add_argument("--cases", type=int, required=True, help="the first so many that got a name")
@@ -73,8 +74,16 @@ def main():
     elif given.command == "active":
         print(table([courses for _, courses in run_loops(seeds_from(given.first, given.cases), given.out) if courses]))
     elif given.command == "calibrate":
-        seeds, tools = range(given.first, given.first + given.cases), {"apesim": TOOLS["apesim"]}
-        write(calibrate(benchmark(seeds, given.out, tools, given.jobs)["apesim"]), given.to)
+        seeds = range(given.first, given.first + given.cases)
+        if not given.solved:
+            benchmark(seeds, given.out, {"apesim": TOOLS["apesim"]}, given.jobs)
+        cases, missing = read(seeds, given.out, "apesim")
+        print(f"{len(cases)} cases; {len(missing)} seeds without a verdict", file=sys.stderr)
+        if not cases:
+            parser.error("none of these cases is solved")
+        told, judged = calibrate(cases)
+        write(told, given.to)
+        print(judged)
     elif given.command == "again":
         print(markdown(HEADS, rows_again(repeat_named(given.out, given.cases, Bank(Path(given.out) / "bank")))))
     elif given.command == "wrong-numbers":

@@ -19,8 +19,8 @@ import numpy as np
 
 from apesim.studies.estimation.noise.discrepancy import list_discrepancies
 from apesim.studies.gap.decide.inclusion import MIN_LISTED, Inclusion, find_inclusions
+from apesim.studies.gap.decide.operating_points import find_points
 from apesim.studies.gap.reasons import Verdict
-from apesim.studies.measured import CYLINDER
 
 if TYPE_CHECKING:
     from apesim.studies.gap.explanation import Explanation
@@ -58,6 +58,10 @@ KINDS = {
     Verdict.REFUSED: StatementKind.REFUSAL,
 }
 """Kind of what each verdict claims; AMBIGUOUS claims nothing."""
+DENYING = StatementKind.NO_GAP, StatementKind.REFUSAL
+"""Kinds of statements by which no effect of the library is there: the surest effect speaks against them."""
+FEATURES = "evidence", "shortfall", "pull", "has_rivals", "points"
+"""Fields of a statement that its probability depends on."""
 
 
 class Statement(NamedTuple):
@@ -66,19 +70,20 @@ class Statement(NamedTuple):
     kind: StatementKind
     about: tuple[str, ...]
     """Effects that it is about."""
+    bench: str
+    """Bench that the data are of."""
     evidence: float
     """Inverse hyperbolic sine of the log odds that the data give it: nearly linear up to 1, logarithmic beyond."""
     shortfall: float
     """Decimal logarithm of one over the chance of noise alone to leave as much as the best model does."""
     pull: float
     """Largest pull of a calibrated number of the machine [standard deviations of its prior]."""
+    has_rivals: bool
+    """Whether the data do not distinguish the best explanation from others."""
+    points: int
+    """Number of operating points that were fitted."""
     is_counted: bool = True
-    """Whether sealed cases tell of it: of effects of a valve or an engine, by a model that is taken to be exact."""
-
-    @property
-    def features(self) -> tuple[float, float, float]:
-        """Numbers that the probability depends on."""
-        return self.evidence, self.shortfall, self.pull
+    """Whether sealed cases tell of it: of effects of a machine, by a model that is taken to be exact."""
 
 
 def list_statements(explanation: "Explanation") -> list[Statement]:
@@ -88,29 +93,33 @@ def list_statements(explanation: "Explanation") -> list[Statement]:
     """
     inclusions = find_inclusions(explanation.calibrated, explanation.ranked, explanation.foreseen)
     pulls = np.abs(explanation.best.fitted.x[explanation.best.residuals.known])
-    shortfall = -log10(max(explanation.left_p_value, MIN_CHANCE))
-    known: dict[str, Any] = {"shortfall": shortfall, "pull": float(pulls.max(initial=0.0))}
+    known: dict[str, Any] = {
+        "bench": explanation.measured.bench,
+        "shortfall": -log10(max(explanation.left_p_value, MIN_CHANCE)),
+        "pull": float(pulls.max(initial=0.0)),
+        "has_rivals": bool(explanation.decision.rivals),
+        "points": len(find_points(explanation.calibrated.residuals.runs)),
+    }
 
-    # Of a rig of another bench, of a model that may be off and of numbers of the machine file no sealed case tells.
-    is_like = explanation.measured.bench != CYLINDER and not list_discrepancies(explanation.noise)
+    # Of a model that may be off and of numbers of the machine file no sealed case tells.
+    is_exact = not list_discrepancies(explanation.noise)
     fitted = (candidate for choice in explanation.ranked for candidate in choice.model.candidates)
     others = (candidate for each in explanation.foreseen for candidate in each.candidates)
     numbers = {candidate.name for candidate in (*fitted, *others) if candidate.is_file_number}
 
-    def is_counted(names: Iterable[str]) -> bool:
-        return is_like and not numbers & set(names)
+    def state(kind: StatementKind, about: tuple[str, ...], evidence: float, named: Iterable[str]) -> Statement:
+        return Statement(kind, about, evidence=evidence, is_counted=is_exact and not numbers & set(named), **known)
 
     statements = [
-        Statement(StatementKind.EFFECT, each.names, asinh(each.log_odds), **known, is_counted=is_counted(each.names))
+        state(StatementKind.EFFECT, each.names, asinh(each.log_odds), each.names)
         for each in inclusions
         if each.log_odds > MIN_LISTED
     ]
-    kind = KINDS.get(explanation.verdict)
+    kind, named = KINDS.get(explanation.verdict), _list_named(explanation)
     if kind is None:
         return statements
-    about = _list_named(explanation) if kind in (StatementKind.NAME, StatementKind.MEASUREMENT) else ()
-    evidence, named = _find_evidence(kind, about, inclusions), _list_named(explanation)
-    return [Statement(kind, about, evidence, **known, is_counted=is_counted(named)), *statements]
+    about = named if kind in (StatementKind.NAME, StatementKind.MEASUREMENT) else ()
+    return [state(kind, about, _find_evidence(kind, about, inclusions), named), *statements]
 
 
 def _list_named(explanation: "Explanation") -> tuple[str, ...]:
@@ -119,8 +128,8 @@ def _list_named(explanation: "Explanation") -> tuple[str, ...]:
 
 
 def _find_evidence(kind: StatementKind, about: tuple[str, ...], inclusions: list[Inclusion]) -> float:
-    """The log odds of the least sure effect that is named; of a refusal those of the surest, which it denies."""
-    if kind is StatementKind.REFUSAL:
+    """The log odds of the least sure effect that is named, or those of the surest one, where all are denied."""
+    if kind in DENYING:
         return asinh(max((each.log_odds for each in inclusions), default=0.0))
     return asinh(min((each.log_odds for each in inclusions if set(each.names) & set(about)), default=0.0))
 
@@ -128,14 +137,16 @@ def _find_evidence(kind: StatementKind, about: tuple[str, ...], inclusions: list
 def find_probability(statement: Statement) -> float | None:
     """Find how probable a statement is, by the share of such statements that were right on sealed cases.
 
-    It is ``1 / (1 + exp(-(c_0 + c_1 f_1 + ...)))`` with the features f of the statement (Platt scaling; Platt 1999, in
-    Advances in Large Margin Classifiers, MIT Press, pp. 61-74). None: no sealed cases tell of such statements.
+    It is ``1 / (1 + exp(-(a + b + c_1 f_1 + ...)))`` with the features f of the statement, the offset a and the slopes
+    c of its kind, and the offset b of its bench (logistic recalibration: Platt 1999, in Advances in Large Margin
+    Classifiers, MIT Press, pp. 61-74; Cox 1958, doi 10.1093/biomet/45.3-4.562). None: no sealed cases tell of it.
     """
-    coefficients = load_reliability()["kinds"].get(statement.kind, {}).get("coefficients")
-    if coefficients is None or not statement.is_counted:
+    told = load_reliability()
+    kind, bench = told["kinds"].get(statement.kind), told["benches"].get(statement.bench)
+    if kind is None or bench is None or not statement.is_counted:
         return None
-    first, *others = coefficients
-    score = first + sum(each * value for each, value in zip(others, statement.features, strict=True))
+    slopes = kind["slopes"]
+    score = kind["offset"] + bench["offset"] + sum(slopes[name] * getattr(statement, name) for name in FEATURES)
     return 1.0 / (1.0 + exp(-score))
 
 
@@ -143,7 +154,8 @@ def find_probability(statement: Statement) -> float | None:
 def load_reliability() -> dict[str, Any]:
     """Load what sealed cases tell of the probabilities of statements.
 
-    It has ``kinds``, by kind of statement its ``coefficients`` and the number of ``statements`` that they rest on, and
+    It has ``kinds``, by kind of statement its ``offset`` and its ``slopes`` by feature, how many ``statements`` were
+    made and how many were ``right``; ``benches``, by bench its ``offset`` and how many ``cases`` are of it; and
     ``cases``, the sealed cases that were counted.
     """
     return json.loads(files(__package__).joinpath(FILE).read_text(encoding="utf-8"))

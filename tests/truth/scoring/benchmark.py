@@ -131,7 +131,7 @@ def publish(scored, missing, out):
     """Write a program's page, its figures as data, and the diagrams."""
     out.mkdir(exist_ok=True)
     (out / "report.md").write_text(report(scored, missing))
-    data = [one._asdict() | {"interval": one.interval if one.cases else None} for one in figures(scored)]
+    data = [one._asdict() | {"interval": one.interval} for one in figures(scored)]
     (out / "figures.json").write_text(json.dumps(data, indent=1))
     reliability(scored, out)
     confusion_matrix(scored, out)

@@ -10,6 +10,7 @@ from tests.truth.sealed.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
 from tests.truth.sealed.second_case import ALIKE
 from tests.truth.sealed.second_schedule import FAULTY, TRIPLE
 
+from .forecasts import judge
 from .score import (
     BAD_INPUT,
     BLAMING,
@@ -24,25 +25,37 @@ from .score import (
 
 SMALLEST_GAP = 0.02
 """Over the noise; a smaller one counts as this."""
-BINS = 10
-"""Bins of stated probabilities, of equal width."""
+JUDGED = {
+    "slope": ("slope of the reliability line", "0.7–1.4", "0.9–1.1"),
+    "z": ("Spiegelhalter's Z", "−2 to 2", ""),
+    "error": ("debiased calibration error", "", ""),
+}
+"""What judges stated probabilities, see `truth.scoring.forecasts`: its name, floor and goal."""
 
 
 class Figure(NamedTuple):
     """One line of the table."""
 
     what: str
-    hits: int
+    hits: int | None
+    """None: it is no share."""
     cases: int
     floor: str = ""
     goal: str = ""
     value: float | None = None
-    """In place of a share: a median, or another number."""
+    """In place of a share: a median, or another number; None: there are too few cases for it."""
+    around: tuple | None = None
+    """Its own interval, 95 %."""
 
     @property
     def interval(self):
-        """Clopper and Pearson's, 95 %."""
-        return clopper_pearson(self.hits, self.cases)
+        """Interval of 95 %: Clopper and Pearson's of a share, another number's own; None: there is none."""
+        return clopper_pearson(self.hits, self.cases) if self.is_share else self.around
+
+    @property
+    def is_share(self):
+        """Whether it is a share of some cases."""
+        return self.hits is not None and self.cases > 0
 
 
 def shrinks(gap, settled=False):
@@ -53,14 +66,6 @@ def shrinks(gap, settled=False):
     floor = gap.get("noise_floor", 1.0)
     before, after = (sqrt(max(gap[key] ** 2 - floor**2, 0.0)) for key in keys)
     return max(before, SMALLEST_GAP) / max(after, SMALLEST_GAP)
-
-
-def calibration_error(statements):
-    """Expected calibration error: how far stated and true shares differ in `BINS` bins, weighted by their numbers."""
-    stated, true = np.array(statements, dtype=float).T
-    which = np.minimum((stated * BINS).astype(int), BINS - 1)
-    apart = [abs(float(np.sum(stated[which == i] - true[which == i]))) for i in range(BINS)]
-    return sum(apart) / len(stated)
 
 
 def brier(statements):
@@ -77,7 +82,15 @@ def share(what, among, wanted, floor="", goal=""):
 def number(what, values, of, floor="", goal=""):
     """A figure that is one number of many values."""
     values = [value for value in values if value is not None]
-    return Figure(what, 0, len(values), floor, goal, float(of(values)) if values else None)
+    return Figure(what, None, len(values), floor, goal, float(of(values)) if values else None)
+
+
+def judged(of, claims):
+    """Figures that judge stated probabilities; `claims` are cases' numbers, what is stated, and whether it is so."""
+    measures = judge(*zip(*claims, strict=True)) if claims else {}
+    for name, (what, floor, goal) in JUDGED.items():
+        value, interval = measures.get(name, (None, None))
+        yield Figure(f"{what}, {of}", None, len(claims), floor, goal, value, interval)
 
 
 def figures(scored):
@@ -229,7 +242,7 @@ def wrong(scored):
     hidden = [one for one in scored if one.kind != NONE]
     library = of_kind(scored, SINGLE, DOUBLE, TRIPLE)
     stated = [one for one in scored if one.probability is not None and one.right is not None]
-    statements = [statement for one in scored for statement in one.statements]
+    statements = [(case, *statement) for case, one in enumerate(scored) for statement in one.statements]
     claims = [(one.probability, one.right) for one in stated]
 
     def is_wrong(one):
@@ -259,10 +272,8 @@ def wrong(scored):
         ),
         share("wrong and stated at 0.9 or more, of all statements with a probability", stated, confident),
         number("Brier score of the verdicts' probabilities", claims, brier),
-        number(
-            "calibration error (ECE) of all stated probabilities", statements, calibration_error, "≤ 0.05", "≤ 0.02"
-        ),
-        number("the same, of the verdicts' alone", claims, calibration_error),
+        *judged("all stated probabilities", statements),
+        *judged("the verdicts' alone", [(case, *claim) for case, claim in enumerate(claims)]),
     ]
 
 

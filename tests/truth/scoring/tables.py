@@ -33,10 +33,10 @@ def figures_table(scored):
     """Every figure beside its floor and goal."""
     rows = []
     for one in figures(scored):
-        if one.value is not None or one.cases == 0:
-            cells = ["–" if one.value is None else f"{one.value:.3g}", f"{one.cases} cases", "–"]
-        else:
+        if one.is_share:
             cells = rate(one.hits, one.cases)
+        else:
+            cells = ["–" if one.value is None else f"{one.value:.3g}", f"{one.cases} cases", say_interval(one)]
         rows.append([one.what, *cells, one.floor, one.goal])
     return markdown(["figure", "found", "counts", "95 % interval", "floor", "goal"], rows)
 
@@ -52,17 +52,26 @@ def comparison(found):
     first, *others = found
     rows = []
     for one, *rivals in zip(*map(figures, found.values()), strict=True):
-        interval = "–" if one.value is not None or one.cases == 0 else rate(one.hits, one.cases)[2]
-        rows.append([one.what, short(one), interval, one.floor, one.goal, *map(short, rivals)])
+        rows.append([one.what, short(one), say_interval(one), one.floor, one.goal, *map(short, rivals)])
     return markdown(["figure", first, "95 % interval", "floor", "goal", *others], rows)
+
+
+def say_interval(figure):
+    """The interval of a figure in a few characters."""
+    if figure.interval is None:
+        return "–"
+    return " – ".join(map(percent, figure.interval)) if figure.is_share else between(figure.interval)
+
+
+def between(interval):
+    """Both ends of an interval of a number."""
+    return "{:.2f} to {:.2f}".format(*interval)
 
 
 def short(figure):
     """A figure in a few characters."""
-    if figure.cases == 0:
-        return "–"
-    if figure.value is not None:
-        return f"{figure.value:.3g} ({figure.cases})"
+    if not figure.is_share:
+        return "–" if figure.value is None else f"{figure.value:.3g} ({figure.cases})"
     return f"{percent(figure.hits / figure.cases)} ({figure.hits} of {figure.cases})"
 
 

@@ -5,62 +5,101 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.truth.scoring.figures import calibration_error
+from tests.truth.scoring import reliability
 from tests.truth.scoring.reliability import (
-    MIN_STATEMENTS,
+    DIRECTIONS,
+    FEATURES,
+    KINDS,
+    Statements,
     calibrate,
+    choose_spreads,
     fit,
+    gather,
     probabilities,
     probabilities_apart,
     statements_of,
 )
 from tests.truth.scoring.score import Scored
+from tests.truth.sealed.library import ENGINE, VALVE
 from tests.truth.sealed.schedule import SINGLE
 
-TRUE = np.array([-1.0, 0.8, -0.5, 0.0])
+WIDE = {"common_slopes": 3.0, "slopes": 1.0, "kinds": 3.0, "benches": 1.0}
+"""Spreads of priors that leave coefficients to the data."""
+NAME, EFFECT = KINDS.index("name"), KINDS.index("effect")
+OFFSETS = {"effect": 0.5, "name": 1.5}
+TRUE = np.array([0.8, -0.5, -0.2, 0.0, 0.3])
+"""Slopes of both kinds."""
 
 
-def drawn(number, seed=3):
-    """Features of statements, and whether each is right, by true coefficients."""
+def drawn(number, seed=3, slopes=TRUE, names=0.5, per_case=1):
+    """Statements of two kinds and benches, a share of them names, each right by true coefficients."""
     rng = np.random.default_rng(seed)
-    features = rng.normal(size=(number, 3)) * [3.0, 1.0, 1.0]
-    return features, rng.uniform(size=number) < probabilities(TRUE, features)
+    features = rng.normal(size=(number, len(FEATURES))) * [3.0, 1.0, 1.0, 1.0, 1.0]
+    kinds = np.where(rng.uniform(size=number) < names, "name", "effect")
+    benches = np.where(rng.uniform(size=number) < 0.5, VALVE, ENGINE)
+    scores = np.where(kinds == "name", OFFSETS["name"], OFFSETS["effect"]) + features @ slopes
+    right = rng.uniform(size=number) < 1.0 / (1.0 + np.exp(-scores))
+    return Statements(np.arange(number) // per_case, kinds, benches, features, right)
 
 
 def statement(kind, about, evidence=2.0):
-    return {"kind": kind, "about": about, "evidence": evidence, "shortfall": 0.0, "pull": 1.0}
+    known = {"shortfall": 0.0, "pull": 1.0, "has_rivals": False, "points": 4}
+    return {"kind": kind, "about": about, "bench": VALVE, "evidence": evidence, "is_counted": True} | known
 
 
 def case(seed, right, hidden, statements, fault=None, rest=None):
-    answer = {"seed": seed, "kind": SINGLE, "hidden": [{"name": name} for name in hidden], "fault": fault}
+    answer = {"seed": seed, "kind": SINGLE, "bench": VALVE, "fault": fault}
+    answer["hidden"] = [{"name": name} for name in hidden]
     scored = Scored(answer, {"statements": statements, "rest": rest})
     return SimpleNamespace(answer=answer, right=right, verdict=scored.verdict, is_there=scored.is_there)
 
 
 def test_true_coefficients_are_found():
-    assert fit(*drawn(20000)) == pytest.approx(TRUE, abs=0.1)
+    found = fit(drawn(20000), WIDE)
+    assert found.kinds[NAME] - found.kinds[EFFECT] == pytest.approx(1.0, abs=0.1)
+    for kind in (NAME, EFFECT):
+        assert found.slopes[kind] == pytest.approx(TRUE, abs=0.06)
+
+
+def test_no_slope_turns_against_its_direction():
+    found = fit(drawn(4000, slopes=-TRUE), WIDE)
+    assert np.all(found.slopes[NAME] * DIRECTIONS["name"] > 0.0)
+    assert found.slopes[NAME] == pytest.approx(0.0, abs=0.02)
 
 
 def test_what_is_always_right_has_a_high_probability_and_no_certainty():
-    features = np.zeros((20, 3))
-    (chance,) = probabilities(fit(features, np.ones(20, dtype=bool)), features[:1])
-    assert 0.9 < chance < 0.999
+    always = drawn(20)._replace(right=np.ones(20, dtype=bool))
+    chances = probabilities(fit(always, WIDE), always)
+    assert np.all((chances > 0.8) & (chances < 0.9999))
 
 
-def test_probabilities_of_drawn_statements_are_reliable():
-    features, right = drawn(4000, seed=4)
-    stated = probabilities(fit(*drawn(4000, seed=5)), features)
-    assert calibration_error(list(zip(stated, right, strict=True))) < 0.03
-    assert calibration_error(list(zip(np.clip(1.5 * stated, 0.0, 1.0), right, strict=True))) > 0.05
+def test_a_kind_of_few_statements_leans_on_the_others():
+    many = drawn(3000, names=0.0)
+    few = many._replace(kinds=np.where(many.owners < 3, "name", "effect"))
+    found = fit(few, WIDE | {"slopes": 0.1, "kinds": 0.3})
+    assert found.slopes[NAME] == pytest.approx(found.slopes[EFFECT], abs=0.1)
+    assert found.kinds[NAME] == pytest.approx(found.kinds[EFFECT], abs=0.5)
+
+
+@pytest.mark.parametrize(("apart", "chosen"), [(0.0, 0.1), (4.0, 3.0)])
+def test_spreads_are_narrow_where_kinds_do_not_differ_and_wide_where_they_do(monkeypatch, apart, chosen):
+    tried = {name: (size,) for name, size in (WIDE | {"common_slopes": 0.1, "slopes": 0.1}).items()}
+    monkeypatch.setattr(reliability, "SPREADS", tried | {"kinds": (0.1, 3.0)})
+    rng, found = np.random.default_rng(6), []
+    for _ in range(5):
+        which = rng.integers(len(KINDS), size=60)
+        right = rng.uniform(size=60) < 1.0 / (1.0 + np.exp(apart * (-1.0) ** which))
+        statements = drawn(60)._replace(kinds=np.array(KINDS)[which], right=right)
+        found.append(choose_spreads(statements)["kinds"])
+    assert np.median(found) == chosen
 
 
 def test_a_case_does_not_judge_its_own_statements():
-    features, right = drawn(60)
-    owners = np.repeat(np.arange(20), 3)
-    apart = probabilities_apart(owners, features, right)
-    flipped = right.copy()
+    statements = drawn(60, per_case=3)
+    apart = probabilities_apart(statements, WIDE, statements.owners)
+    flipped = statements.right.copy()
     flipped[:3] = ~flipped[:3]
-    again = probabilities_apart(owners, features, flipped)
+    again = probabilities_apart(statements._replace(right=flipped), WIDE, statements.owners)
     assert again[:3] == pytest.approx(apart[:3])
     assert not np.allclose(again[3:], apart[3:])
 
@@ -91,27 +130,20 @@ def test_what_is_said_without_a_file_counts_its_effects():
     assert [(one["kind"], right) for one, right in found] == [("effect", True)]
 
 
-def test_a_kind_of_few_statements_has_no_coefficients():
-    many = [case(seed, seed % 3 > 0, [], [statement("no gap", [])]) for seed in range(MIN_STATEMENTS)]
-    few = [case(100, True, ["bounce"], [statement("name", ["bounce"])])]
-    found = calibrate(many + few)
-    assert found["cases"] == {"number": MIN_STATEMENTS + 1, "first_seed": 0, "last_seed": 100}
-    assert found["kinds"]["name"] == {"statements": 1, "right": 1}
-    assert len(found["kinds"]["no gap"]["coefficients"]) == 4
+def test_what_no_sealed_case_tells_of_is_not_gathered():
+    said = [statement("name", ["bounce"]), statement("effect", ["valve.stroke"]) | {"is_counted": False}]
+    gathered = gather([case(7, True, ["bounce"], said), case(8, False, ["bounce"], said[:1])])
+    assert [*gathered.kinds] == ["name", "name"]
+    assert [*gathered.owners] == [0, 1]
+    assert [*gathered.right] == [True, False]
+    assert [*gathered.features[0]] == [2.0, 0.0, 1.0, 0.0, 4.0]
 
 
-def count_features(slope, seed):
-    """Whether features count, of forty names whose evidence tells by some slope whether they are right."""
-    rng = np.random.default_rng(seed)
-    evidence = rng.normal(size=40)
-    right = rng.uniform(size=40) < probabilities(np.array([1.0, slope]), evidence[:, None])
-    cases = [
-        case(number, told, [], [statement("name", [], value) | {"shortfall": rng.normal(), "pull": rng.normal()}])
-        for number, (told, value) in enumerate(zip(right, evidence, strict=True))
-    ]
-    return any(calibrate(cases)["kinds"]["name"]["coefficients"][1:])
-
-
-def test_features_count_where_they_tell_more_than_a_constant_does():
-    assert sum(count_features(0.0, seed) for seed in range(10)) < 4
-    assert sum(count_features(2.0, seed) for seed in range(10)) > 8
+def test_what_is_written_has_each_kind_and_bench_and_a_table_beside_it():
+    many = [case(seed, seed % 3 > 0, [], [statement("no gap", [], seed % 4)]) for seed in range(30)]
+    told, table = calibrate([*many, case(100, True, ["bounce"], [statement("name", ["bounce"])])])
+    assert told["cases"] == {"number": 31, "first_seed": 0, "last_seed": 100}
+    assert (told["benches"][VALVE]["cases"], told["benches"][VALVE]["statements"]) == (31, 31)
+    assert (told["kinds"]["name"]["statements"], told["kinds"]["no gap"]["right"]) == (1, 20)
+    assert set(told["kinds"]["name"]["slopes"]) == set(FEATURES)
+    assert [line.split(" | ")[0] for line in table.splitlines()[2:]] == ["| name", "| no gap", "| all, valve", "| all"]

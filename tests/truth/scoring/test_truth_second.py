@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import kurtosis
 
-from tests.truth.scoring.figures import brier, calibration_error, figures
+from tests.truth.scoring.figures import brier, figures
 from tests.truth.scoring.score import BAD_INPUT, Scored
 from tests.truth.scoring.tables import report
 from tests.truth.sealed.cases import write
@@ -356,7 +356,4 @@ def test_stated_probabilities_are_held_against_what_is_so():
     assert one.statements == [(0.8, True), (0.9, True), (0.2, False)]
     assert scored(REMOVED, "REFUSED", [("bounce", 20.0)], inclusion={"bounce": 0.9}).statements == [(0.9, False)]
     assert scored(NONE, "NO_GAP", probability=None).statements == []
-    even = [(0.75, True)] * 3 + [(0.75, False)]
-    assert calibration_error(even) == pytest.approx(0.0)
-    assert calibration_error([*even, (0.05, True)]) == pytest.approx(0.95 / 5)
     assert brier([(0.8, True), (0.2, True)]) == pytest.approx(0.5 * (0.04 + 0.64))

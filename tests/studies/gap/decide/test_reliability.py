@@ -8,23 +8,27 @@ import pytest
 from apesim.studies.estimation.noise.discrepancy import state_discrepancy
 from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.gap.decide import reliability
-from apesim.studies.gap.decide.reliability import StatementKind, find_probability, list_statements
+from apesim.studies.gap.decide.reliability import FEATURES, StatementKind, find_probability, list_statements
 from apesim.studies.gap.example_bench import explain_example
 from apesim.studies.gap.reasons import Verdict
 from apesim.studies.gap.report.verdict_json import describe
 from apesim.studies.gap.search.candidates import Candidate
 from apesim.studies.gap.search.model_selection import Foreseen
-from apesim.studies.measured import CYLINDER
+from apesim.studies.measured import CYLINDER, ENGINE, VALVE
+from tests.truth.scoring import reliability as scoring
+
+OFFSETS = {StatementKind.EFFECT: -1.0, StatementKind.NAME: 0.5}
+SLOPES = {"evidence": 0.2, "shortfall": -0.1, "pull": -0.4, "has_rivals": -0.8, "points": 0.3}
+ON_VALVE = 0.25
+"""Coefficients of a regression: offsets of kinds, slopes of all, and the offset of the valve's bench."""
 
 
 @pytest.fixture
 def counted(monkeypatch):
-    """Probabilities of effects and of names alone, as sealed cases might tell them."""
-    kinds = {
-        "effect": {"coefficients": [-1.0, 0.8, -0.3, 0.0], "statements": 50},
-        "name": {"coefficients": [0.5, 0.2, -0.1, -0.4], "statements": 20},
-    }
-    monkeypatch.setattr(reliability, "load_reliability", lambda: {"cases": {}, "kinds": kinds})
+    """Probabilities of effects and of names of a valve alone, as sealed cases might tell them."""
+    kinds = {kind: {"offset": offset, "slopes": SLOPES} for kind, offset in OFFSETS.items()}
+    told = {"cases": {}, "kinds": kinds, "benches": {VALVE: {"offset": ON_VALVE}}}
+    monkeypatch.setattr(reliability, "load_reliability", lambda: told)
 
 
 def said(verdict, **changes):
@@ -37,8 +41,11 @@ def test_a_verdict_claims_its_name_and_each_effect(counted):
     assert (name.kind, effect.kind) == (StatementKind.NAME, StatementKind.EFFECT)
     assert name.about == effect.about == ("side_force",)
     assert name.evidence == effect.evidence > asinh(20.0)
-    score = 0.5 + 0.2 * name.evidence - 0.1 * name.shortfall - 0.4 * name.pull
+    assert (name.bench, name.has_rivals, name.points) == (VALVE, False, 2)
+    score = 0.5 + ON_VALVE + 0.2 * name.evidence - 0.1 * name.shortfall - 0.4 * name.pull + 0.3 * name.points
     assert find_probability(name) == pytest.approx(1.0 / (1.0 + exp(-score)))
+    open_one = name._replace(has_rivals=True)
+    assert find_probability(open_one) == pytest.approx(1.0 / (1.0 + exp(0.8 - score)))
 
 
 def test_what_is_written_is_what_was_counted(counted):
@@ -92,10 +99,11 @@ def test_sets_that_were_not_fitted_count_in_what_is_stated(counted):
     assert (stroke.about, stroke.is_counted) == (("valve.stroke",), False)
 
 
-def test_a_refusal_denies_the_surest_effect():
-    refusal = list_statements(said(Verdict.REFUSED))[0]
-    assert (refusal.kind, refusal.about) == (StatementKind.REFUSAL, ())
-    assert refusal.evidence == list_statements(explain_example())[1].evidence
+@pytest.mark.parametrize("verdict", [Verdict.REFUSED, Verdict.NO_GAP])
+def test_a_refusal_and_an_all_clear_deny_the_surest_effect(verdict):
+    denial = list_statements(said(verdict))[0]
+    assert denial.about == ()
+    assert denial.evidence == list_statements(explain_example())[1].evidence
 
 
 def test_what_noise_would_hardly_leave_makes_every_statement_fall_short():
@@ -103,8 +111,28 @@ def test_what_noise_would_hardly_leave_makes_every_statement_fall_short():
     assert (sound.shortfall, short.shortfall) == (0.0, 6.0)
 
 
+def test_what_sealed_cases_are_counted_by_is_what_a_statement_has():
+    assert scoring.FEATURES == FEATURES
+    assert set(scoring.DIRECTIONS) == set(StatementKind)
+
+
 def test_the_coefficients_of_this_release_are_whole():
-    for kind, counted in reliability.load_reliability()["kinds"].items():
+    told = reliability.load_reliability()
+    assert set(told["benches"]) == {VALVE, ENGINE}
+    for kind, counted in told["kinds"].items():
         assert kind in list(StatementKind)
         assert counted["statements"] > 0
-        assert len(counted.get("coefficients", range(4))) == 4
+        assert set(counted["slopes"]) == set(FEATURES)
+
+
+def test_more_evidence_raises_the_probability_of_what_is_named_and_more_left_lowers_it():
+    name, effect = list_statements(explain_example())
+    for statement in (name, effect):
+        for field, way in (("evidence", 1.0), ("shortfall", -1.0)):
+            before, after = (statement._replace(**{field: size}) for size in (1.0, 3.0))
+            assert way * (find_probability(after) - find_probability(before)) > 0.0
+
+
+def test_names_differ_by_what_the_best_model_leaves():
+    near, far = (list_statements(said(Verdict.NAMED, left_p_value=chance))[0] for chance in (0.53, 0.0147))
+    assert find_probability(far) < find_probability(near)
