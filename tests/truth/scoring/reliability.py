@@ -20,14 +20,14 @@ from .tables import between, markdown
 
 FEATURES = "evidence", "shortfall", "pull", "has_rivals", "points"
 """What a verdict says that each of its statements rests on."""
-NAMING, DENYING = (1, -1, -1, -1, 1), (-1, 1, 0, 0, 1)
+NAMING = (1, -1, -1, -1, 1)
 DIRECTIONS = {
     "effect": NAMING,
     "name": NAMING,
     "measurement": NAMING,
     "calibration": (1, -1, 1, -1, 1),
     "no gap": (-1, -1, -1, 0, 1),
-    "refusal": DENYING,
+    "refusal": (-1, 1, 0, 0, 1),
 }
 """Directions of the features by kind: each can only raise the probability (1), or lower it (-1), or says nothing (0).
 
@@ -36,7 +36,9 @@ speaks against what is named, and for a refusal. A pull is what a calibration re
 been taken up by it, and of a refusal it says nothing.
 """
 KINDS, BENCHES = (*DIRECTIONS,), (VALVE, ENGINE)
+"""Order of kinds and benches in what is fitted."""
 SIGNS = np.array([*DIRECTIONS.values()], dtype=float)
+"""Directions, a row for each kind."""
 FREE = 3.0
 """Standard deviation of the prior of the offset that is common to all statements: nearly all shares may be so."""
 USUAL = 0.3
