@@ -136,8 +136,8 @@ def descend(
     if errors is None or not np.array_equal(x, start):
         errors = residuals.at(x)
 
-    # Sensitivities from nearby spare an evaluation for each parameter. How far the data have moved since they were taken
-    # tells what they are worth; of those from nearby nothing is known.
+    # Sensitivities from nearby spare an evaluation for each parameter. What they are worth is told by how far the data
+    # have moved since they were taken; of those from nearby nothing is known.
     drift = 0.0 if jacobian is None or is_exact else np.inf
     steps = first_steps(len(x)) if steps is None else steps
     if jacobian is None:
