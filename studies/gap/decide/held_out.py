@@ -18,7 +18,7 @@ from apesim.studies.gap.decide.operating_points import find_points, is_at
 from apesim.studies.gap.decide.windows import average_over_windows
 from apesim.studies.gap.search.model_selection import PricedModel
 from apesim.studies.gap.stage_work import Work
-from apesim.studies.gap.thresholds import AMBIGUOUS_COST, SURE
+from apesim.studies.gap.thresholds import AMBIGUOUS_COST, MIN_SHOWN, SURE
 from apesim.studies.measured import GATE, Measured, MeasuredRun
 
 
@@ -215,12 +215,18 @@ def leave_one_out(base: Model, model: Model, work: Work) -> HeldOut | None:
     >>> judged.samples, judged.removed_energy > 0.0
     (320, True)
     """
+    pairs = _leave_each_out(base, model, work)
+    return compare_residuals(pairs) if pairs else None
+
+
+def _leave_each_out(base: Model, model: Model, work: Work) -> list[list[HeldOutResiduals]]:
+    """The residuals of two models at each operating point, see `leave_one_out`; none where there is one alone."""
     points = find_points(base.residuals.runs)
     if len(points) < 2:
-        return None
+        return []
     pairs = work.each("judging", _judge_without, [(base, model, point) for point in points])
     work.simulations.add(sum(each.simulations for pair in pairs for each in pair))
-    return compare_residuals(pairs)
+    return pairs
 
 
 def _judge_without(base: Model, model: Model, point: MeasuredRun) -> list[HeldOutResiduals]:
@@ -246,7 +252,8 @@ def judge_held_out(
     """Judge the best explanation by the gate runs, or by operating points left out one at a time.
 
     Where there are gate runs, what each explanation leaves of them counts beside its cost, and those near the best and
-    the best single effect alone are kept. The choices come and go with the best first; the second value is None where
+    the best single effect alone are kept. Gate runs that hardly show the best one are judged together with the
+    operating points. The choices come and go with the best first; the second value is None where
     nothing is held out: there is one operating point alone, no explanation costs less than the calibrated machine, or
     without gate runs the best is a fault of one file.
 
@@ -269,4 +276,11 @@ def judge_held_out(
     judged = {c.names: residuals for c, residuals in zip(near, after, strict=True)}
     near = [PricedModel(c.model, c.cost + judged[c.names].misfit - before.misfit) for c in near]
     choices = sorted(near, key=lambda choice: choice.cost)
-    return choices, compare_residuals([(before, judged[choices[0].names])])
+    best = choices[0]
+
+    # Gate runs that hardly show the explanation cannot judge it alone: they are one part among the operating points.
+    pair, others = [before, judged[best.names]], []
+    shown = np.linalg.norm(pair[1].residuals - before.residuals)
+    if shown < MIN_SHOWN and not any(candidate.file for candidate in best.model.candidates):
+        others = _leave_each_out(calibrated, best.model, work)
+    return choices, compare_residuals([pair, *others])
