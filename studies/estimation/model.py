@@ -29,6 +29,9 @@ class Model(NamedTuple):
     profiles: dict[str, Any] | None = None
     """Both ends of the intervals of effects that have a shape, `apesim.studies.estimation.profile_likelihood.End` in x,
     by key; None: not sought, see `apesim.studies.gap.search.intervals`."""
+    between: np.ndarray | None = None
+    """Variances of the parameters that other models within reach add, in x, (p,); None: not sought, see
+    `apesim.studies.gap.decide.standard_errors`."""
 
     @property
     def names(self) -> tuple[str, ...]:
