@@ -4,9 +4,11 @@
 --out DIR`` makes many, has ``apesim gap explain`` and the baselines solve them, and scores all. ``python -m tests.truth
 active --first N --cases N --out DIR`` counts the added runs that lead from a refusal or a tie to a name. ``python -m
 tests.truth calibrate --first N --cases N --out DIR --to FILE`` fits the probabilities of statements to sealed cases
-that no benchmark scores, and judges them. ``python -m tests.truth again --cases N --out DIR`` measures rigs of solved
-cases that got a name once more, and lets the machines that were written explain the fresh data. ``python -m tests.truth
-wrong-numbers --cases N --out DIR`` lets machine files with one wrong number explain data of the rig.
+that no benchmark scores, and judges them. ``python -m tests.truth widen --first N --cases N --out DIR`` counts how many
+intervals of strengths hold the truth in solved cases, and by which factor they would hold 95 % of it. ``python -m
+tests.truth again --cases N --out DIR`` measures rigs of solved cases that got a name once more, and lets the machines
+that were written explain the fresh data. ``python -m tests.truth wrong-numbers --cases N --out DIR`` lets machine files
+with one wrong number explain data of the rig.
 """
 
 import argparse
@@ -19,6 +21,7 @@ from tests.campaigns.campaign import run_campaign, start_clock
 from tests.campaigns.record import add_round, find_next_seed
 from tests.folders import find_commit
 
+from .scoring import widening
 from .scoring.active import run_loops, seeds_from, table
 from .scoring.again import HEADS, repeat_named, rows_again
 from .scoring.benchmark import TOOLS, benchmark, read
@@ -58,6 +61,10 @@ def main():
     counted.add_argument("--jobs", type=int, default=1, help="cases at a time")
     counted.add_argument("--solved", action="store_true", help="count the cases that are solved, and make no others")
     counted.add_argument("--to", required=True, help="file that gets the coefficients: reliability.json")
+    widened = commands.add_parser("widen", help="find the factor by which intervals of strengths are too narrow")
+    widened.add_argument("--first", type=int, default=190000, help="first seed; those that are not solved are left out")
+    widened.add_argument("--cases", type=int, required=True)
+    widened.add_argument("--out", required=True, help="folder of solved cases, as `calibrate` and `benchmark` leave it")
     again = commands.add_parser("again", help="let child machines explain fresh data of their rigs")
     again.add_argument("--cases", type=int, required=True, help="the first so many that got a name")
     again.add_argument("--out", required=True, help="folder of solved cases; what is there already is kept")
@@ -84,6 +91,10 @@ def main():
         told, judged = calibrate(cases)
         write(told, given.to)
         print(judged)
+    elif given.command == "widen":
+        solved, _ = read(range(given.first, given.first + given.cases), given.out, "apesim")
+        print(markdown(widening.HEADS, widening.list_rows(solved)), end="\n\n")
+        print(markdown(widening.HEADS_OF_MISSED, widening.list_missed(solved)))
     elif given.command == "again":
         print(markdown(HEADS, rows_again(repeat_named(given.out, given.cases, Bank(Path(given.out) / "bank")))))
     elif given.command == "wrong-numbers":

@@ -293,18 +293,33 @@ class Scored(NamedTuple):
 
     def held(self, wanted):
         """Whether each interval of a wanted parameter of what is rightly named holds the truth."""
+        found = []
+        for one, value in self.match(self.rightly_named, wanted):
+            low, high = one["interval_95"]
+            rounding = ROUNDING * max(abs(low), abs(high))
+            found.append(low - rounding <= value <= high + rounding)
+        return found
+
+    @property
+    def rightly_named(self):
+        """Rows of the parameters of what is rightly named."""
         physics = self.physics
-        if not (physics.said in NAMES and physics.right):
-            return []
-        truth, found = {one["name"]: one for one in self.answer["hidden"]}, []
-        for one in physics.verdict["effects"]:
+        return physics.verdict["effects"] if physics.said in NAMES and physics.right else ()
+
+    @property
+    def strengths(self):
+        """Rows of strengths of what is rightly named, or is rightly sure, that have intervals, each with the truth."""
+        rows = (*self.rightly_named, *self.physics.verdict.get("sure", ()))
+        return list(self.match(rows, lambda true, parameter: parameter == true["parameter"]))
+
+    def match(self, rows, wanted):
+        """Rows of wanted parameters of what is hidden that have an interval, each with the truth in its unit."""
+        truth = {one["name"]: one for one in self.answer["hidden"]}
+        for one in rows:
             true = truth.get(one["name"])
             value = true and wanted(true, one["parameter"]) and value_of(true, one["parameter"], one["unit"])
             if isinstance(value, float) and one["interval_95"]:
-                low, high = one["interval_95"]
-                rounding = ROUNDING * max(abs(low), abs(high))
-                found.append(low - rounding <= value <= high + rounding)
-        return found
+                yield one, value
 
     @property
     def statements(self):
