@@ -29,6 +29,7 @@ from apesim.studies.gap.decide.held_out import (
 from apesim.studies.gap.decide.left import is_good_enough
 from apesim.studies.gap.decide.odd_files import OddChannel, find_odd_channels
 from apesim.studies.gap.decide.operating_points import find_points, label_point
+from apesim.studies.gap.decide.standard_errors import find_variances_between
 from apesim.studies.gap.decide.verdict import decide
 from apesim.studies.gap.design.next_test import find_next_test
 from apesim.studies.gap.explanation import Explanation
@@ -167,6 +168,7 @@ def _run_workflow(
         others = leave_out(measured, facts.files)
         rest = _run_workflow(machine, others, without, tolerance, work, explanation.best.residuals.scatter)
         explanation = _add_rest(explanation, facts, rest)
+    explanation = _average_models(explanation, len(candidates) + len(faults))
     explanation = check_on_unused_runs(explanation, work)
     return replace(explanation, next_test=find_next_test(explanation))
 
@@ -277,6 +279,16 @@ def _profile_intervals(explanation: Explanation, work: Work) -> Explanation:
         warnings = [*warnings, f"no interval is given of {' and '.join(model.names)}: its fit has too many minima"]
     best = PricedModel(model, before.cost + model.cost - before.model.cost)
     return replace(explanation, decision=decision._replace(best=best), warnings=warnings)
+
+
+def _average_models(explanation: Explanation, library_size: int) -> Explanation:
+    """The explanation with what other models within reach add to the variances of what it adds to the machine."""
+    decision, best = explanation.decision, explanation.decision.best
+    if best is None or best.model is explanation.calibrated:
+        return explanation
+    between = find_variances_between(best, explanation.ranked, explanation.sensitivities, library_size)
+    best = best._replace(model=best.model._replace(between=between))
+    return replace(explanation, decision=decision._replace(best=best))
 
 
 def check_on_unused_runs(explanation: Explanation, work: Work) -> Explanation:

@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import Parameter
-from apesim.studies.gap.decide.operating_points import find_points, is_at
+from apesim.studies.gap.decide.operating_points import find_points, list_point_rows
 from apesim.studies.gap.thresholds import ALARM
 from apesim.studies.measured import MeasuredRun
 
@@ -44,11 +44,10 @@ def compare_points(model: Model) -> list[Inconsistency]:
     points = find_points(residuals.runs)
     if len(points) < 2:
         return []
-    samples = len(errors) - len(x)
-    at = np.concatenate([np.full(len(b.values), _number_of_point(points, b.run)) for b in residuals.blocks])
+    priors = np.arange(len(errors) - len(x), len(errors))
     variances, identifiable, shifts = np.diag(model.fitted.covariance), model.identifiable, []
-    for number, point in enumerate(points):
-        rows = np.append(np.flatnonzero(at == number), np.arange(samples, len(errors)))
+    for own, point in zip(list_point_rows(residuals), points, strict=True):
+        rows = np.append(own, priors)
         covariance = np.linalg.pinv(jacobian[rows].T @ jacobian[rows])
         shift = -covariance @ (jacobian[rows].T @ errors[rows])
         extra = np.diag(covariance) - variances
@@ -71,8 +70,3 @@ def select_significant(inconsistencies: Sequence[Inconsistency], points: int) ->
     """
     limit = norm.isf(0.5 * ALARM / max(1, points * len(inconsistencies)))
     return [each for each in inconsistencies if abs(each.n_sigma) > limit]
-
-
-def _number_of_point(points: Sequence[MeasuredRun], run: MeasuredRun) -> int:
-    """Number of the operating point that a run is at."""
-    return next(number for number, point in enumerate(points) if is_at(run, point))

@@ -5,6 +5,7 @@ from math import isclose, isnan
 
 import numpy as np
 
+from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.measured import CYLINDER, ENGINE, MeasuredRun
 
 MAX_SHARE_APART, MAX_WARMER = 0.01, 2.0
@@ -19,6 +20,14 @@ def find_points(runs: Iterable[MeasuredRun]) -> list[MeasuredRun]:
         if not any(is_at(run, point) for point in points):
             points.append(run)
     return points
+
+
+def list_point_rows(residuals: WhitenedResiduals) -> list[np.ndarray]:
+    """List the places, among the whitened samples of all runs, of those of each operating point, see `find_points`."""
+    points = find_points(residuals.runs)
+    numbers = [next(k for k, point in enumerate(points) if is_at(each.run, point)) for each in residuals.blocks]
+    at = np.repeat(numbers, [len(each.values) for each in residuals.blocks])
+    return [np.flatnonzero(at == number) for number in range(len(points))]
 
 
 def is_at(run: MeasuredRun, point: MeasuredRun) -> bool:

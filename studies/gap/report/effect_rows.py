@@ -1,6 +1,6 @@
 """What is said of each parameter that a model adds: its value, and the interval that the data leave it."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from typing import Any
 
@@ -9,8 +9,9 @@ import numpy as np
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.machine import Machine
 from apesim.studies.estimation.model import Model
-from apesim.studies.estimation.parameters import DECLARED, corrections, shown, value_of
+from apesim.studies.estimation.parameters import DECLARED, Parameter, corrections, shown, value_of
 from apesim.studies.estimation.profile_likelihood import End, EndKind
+from apesim.studies.gap.decide.standard_errors import WIDENING, find_standard_errors
 from apesim.studies.gap.report.rounding import NORMAL_95, find_error, round_to_error
 from apesim.studies.gap.search.file_numbers import list_misstated
 from apesim.studies.gap.search.intervals import find_shapes
@@ -67,12 +68,13 @@ def _list_corrected(model: Model) -> list[int]:
     return [j for j, p in enumerate(model.residuals.parameters) if p.is_file_number] + model.pulled
 
 
-def _describe(model: Model, places: Iterable[int]) -> list[dict[str, Any]]:
+def _describe(model: Model, places: Sequence[int]) -> list[dict[str, Any]]:
     """Rows of the parameters at some places, see `describe_effects`."""
     machine, runs, rows = model.residuals.machine, model.residuals.runs, []
+    errors = find_standard_errors(model) if places else np.zeros(0)
     for j in places:
         parameter, x = model.residuals.parameters[j], model.fitted.x[j]
-        ends = find_ends(model, j)
+        ends = find_ends(model, j, float(errors[j]))
         if not model.identifiable[j] and all(end.is_open for end in ends):
             continue
         key, value = next(iter(corrections(machine, parameter, x, runs).items()))
@@ -120,28 +122,37 @@ def name_effect(key: str) -> str:
     return key.split(".")[1] if key.startswith("effects.") else key
 
 
-def find_ends(model: Model, j: int) -> Sequence[End]:
+def find_ends(model: Model, j: int, error: float) -> Sequence[End]:
     """Both ends, in x, of the 95 % interval of a model's j-th parameter; none where they were not sought.
 
-    They come from profile likelihood where the effect has a shape, else from the curvature, where a parameter on which
-    the data do not depend is held on neither side.
+    `error` is its standard deviation in x, of `find_standard_errors`. Where the effect has a shape, the ends come from
+    profile likelihood, and move away as far as the error is larger than by the curvature. A parameter on which the data
+    do not depend is held on neither side.
 
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> model = explain_example().best
-    >>> low, high = find_ends(model, len(model.fitted.x) - 1)
+    >>> low, high = find_ends(model, len(model.fitted.x) - 1, 0.01)
     >>> bool(low.at < model.fitted.x[-1] < high.at), low.is_open
     (True, False)
     """
-    parameter = model.residuals.parameters[j]
+    parameter, x = model.residuals.parameters[j], model.fitted.x
     if any(j in numbers for numbers in find_shapes(model)):
-        return (model.profiles or {}).get(parameter.key, ())
-    x, half = model.fitted.x, NORMAL_95 * np.sqrt(model.fitted.covariance[j, j])
-    if not model.identifiable[j]:
-        half = np.inf
-    ends = np.clip([x[j] - half, x[j] + half], parameter.low, parameter.high)
+        by_curvature = np.sqrt(model.fitted.covariance[j, j])
+        stretch = error / by_curvature if model.identifiable[j] else WIDENING
+        ends = (model.profiles or {}).get(parameter.key, ())
+        return [_move_away(end, float(x[j]), stretch, parameter) for end in ends]
+    half = NORMAL_95 * error if model.identifiable[j] else np.inf
+    bounds = np.clip([x[j] - half, x[j] + half], parameter.low, parameter.high)
     is_inside = parameter.low <= x[j] - half, x[j] + half <= parameter.high
     kinds = [EndKind.FROM_CURVATURE if inside else EndKind.FROM_CURVATURE_OPEN for inside in is_inside]
-    return [End(end, kind, x) for end, kind in zip(ends, kinds, strict=True)]
+    return [End(bound, kind, x) for bound, kind in zip(bounds, kinds, strict=True)]
+
+
+def _move_away(end: End, best: float, stretch: float, parameter: Parameter) -> End:
+    """An end of an interval so many times as far from the best value, up to the end of the parameter's range."""
+    at = best + stretch * (end.at - best)
+    kind = end.kind if parameter.low <= at <= parameter.high else EndKind.OPEN
+    return end._replace(at=float(np.clip(at, parameter.low, parameter.high)), kind=kind)
 
 
 MISSTATING = {

@@ -39,7 +39,7 @@ def test_variances_are_those_of_cr2_with_the_roots_of_whole_groups():
 
 
 def test_a_mean_of_equal_groups_has_the_variance_of_their_means():
-    """Of G equal groups CR2 of a mean is the sum of squares of theirs over G (G - 1), with G - 1 degrees of freedom."""
+    """Variance over G of the means of G equal groups, with G - 1 degrees of freedom, is what CR2 then is."""
     rng = np.random.default_rng(2)
     errors = rng.standard_normal(40) + np.repeat([2.0, -1.0, 0.5, -1.5], 10)
     compared = compare_groups(np.ones((40, 1)), errors - errors.mean(), list(np.arange(40).reshape(4, 10)))
