@@ -26,8 +26,8 @@ MAX_LEFT = 0.05
 """Share of the gap's size that may be left, where that is more than the tolerance: strengths are found to some per
 cent, so that a large gap leaves more than the tolerance of a small one."""
 MIN_SHOWN = 3.0
-"""Sigmas by which gate runs have to show an explanation, so that they judge it alone: of what shows by less, noise takes
-away all in one case of fifteen or more."""
+"""Sigmas by which gate runs have to show an explanation, so that they judge it alone: what shows by less is hidden by
+noise in one case of fifteen or more."""
 TERM_CHANCE = 0.01
 """Chance of a term that is not there: 2 ln(n/p) is its penalty in a library of n effects (PASTIS)."""
 AMBIGUOUS_COST = 2.0 * log(100.0)
