@@ -1,7 +1,7 @@
 """Experiments that could be made next on the same bench: other runs, and sensors that are not there yet."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import product
+from itertools import pairwise, product
 from math import isnan
 from typing import Any, NamedTuple
 
@@ -19,13 +19,15 @@ from apesim.studies.measured import CYLINDER, ENGINE, VALVE, Measured, MeasuredR
 from apesim.studies.measured.prediction import MEANS
 
 GAUGE_PRESSURES = np.array([0.1, 0.2, 0.4, 0.6, 0.8, 1.0]) * 1e6
-"""Supply pressures above ambient [Pa]."""
+"""Supply pressures above ambient, beside those between the runs that there are [Pa]."""
 PULSES = 0.012, 0.05
 """Pulses of a valve: one too short for a stroke to rest, and one that is long enough [s]."""
 RECORD_AFTER = 0.05
 """Time that is recorded after the release: a stroke and its rebounds are over by then [s]."""
 SPEEDS = np.array([500.0, 1000.0, 1500.0]) * TURN / 60.0
-"""Speeds of an engine [rad/s]."""
+"""Speeds of an engine, beside those between the runs that there are [rad/s]."""
+NEAR_PRESSURE, NEAR_SPEED = 0.05e6, 0.1
+"""Difference of two supplies [Pa], and share of a speed, by which two runs are set alike."""
 TIMES_FASTER = 0.2, 1.0, 5.0
 """Factors on the speed with which a drive moves a cylinder: fivefold either way shows what depends on it."""
 ANGLES = np.arange(0.0, TURN, TURN / 180.0)
@@ -58,20 +60,23 @@ class Experiment(NamedTuple):
     """The run, its measured values zero."""
     added: tuple[str, ...]
     """Sensors that are not there yet."""
+    is_within: bool = True
+    """Whether pressure and speed lie between those of the runs that there are: nothing tells that a rig stands more."""
 
 
 def list_experiments(measured: Measured, ambient_pressure: float) -> list[Experiment]:
     """List the experiments: other operating points with the sensors that are there, and runs again with new sensors.
 
-    `ambient_pressure` in [Pa abs].
+    Points beyond what was run say so in their text. `ambient_pressure` in [Pa abs].
     """
     runs = measured.runs
     sensors = list(dict.fromkeys(sensor for run in runs for sensor in (*run.channels, *run.means)))
     experiments = []
     for run in _list_runs(measured, ambient_pressure):
         if not any(_is_alike(run, other) for other in runs):
-            text = f"a run at {label_point(run, ambient_pressure)}"
-            experiments.append(Experiment(text, _add_sensors(run, sensors), ()))
+            is_within = _is_within(run, runs)
+            text = f"a run at {label_point(run, ambient_pressure)}" + ("" if is_within else ", beyond what was run")
+            experiments.append(Experiment(text, _add_sensors(run, sensors), (), is_within))
     again = max(runs, key=lambda run: run.supply)
     for added in NEW_SENSORS[measured.bench]:
         if not set(added) & set(sensors):
@@ -83,20 +88,41 @@ def list_experiments(measured: Measured, ambient_pressure: float) -> list[Experi
 
 def _list_runs(measured: Measured, ambient_pressure: float) -> Iterator[MeasuredRun]:
     """A run of the data at each operating point of the list."""
-    pattern = measured.runs[0]
+    pattern, runs = measured.runs[0], measured.runs
+    supplies = _fill(ambient_pressure + GAUGE_PRESSURES, (run.supply for run in runs))
     if measured.bench == ENGINE:
-        supplies = sorted({run.supply for run in measured.runs})
-        for speed, supply in product(SPEEDS, {supplies[0], supplies[-1]}):
-            yield pattern._replace(speed=float(speed), supply=supply)
+        ends = {min(run.supply for run in runs), max(run.supply for run in runs)}
+        for speed, supply in product(_fill(SPEEDS, (run.speed for run in runs)), sorted(ends)):
+            yield pattern._replace(speed=speed, supply=supply)
         return
     if measured.bench == CYLINDER:
-        for gauge, faster in product(GAUGE_PRESSURES, TIMES_FASTER):
-            yield _move_cylinder(pattern, ambient_pressure + gauge, faster)
+        for supply, faster in product(supplies, TIMES_FASTER):
+            yield _move_cylinder(pattern, supply, faster)
         return
-    interval = min((float(np.median(np.diff(run.times))) for run in measured.runs), default=INTERVAL)
-    for gauge, pulse in product(GAUGE_PRESSURES, PULSES):
+    interval = min((float(np.median(np.diff(run.times))) for run in runs), default=INTERVAL)
+    for supply, pulse in product(supplies, PULSES):
         times = np.arange(0.0, pulse + RECORD_AFTER, interval)
-        yield pattern._replace(supply=ambient_pressure + gauge, pulse=pulse, times=times)
+        yield pattern._replace(supply=supply, pulse=pulse, times=times)
+
+
+def _fill(usual: np.ndarray, there: Iterable[float]) -> list[float]:
+    """Usual values, and the middles between those that are there, in ascending order."""
+    middles = [0.5 * (low + high) for low, high in pairwise(sorted(set(there)))]
+    return sorted({*map(float, usual), *middles})
+
+
+def _is_within(run: MeasuredRun, runs: Sequence[MeasuredRun]) -> bool:
+    """Whether pressure and speed of a run lie between those of others, as far as they can be set."""
+    supplies, speeds = [each.supply for each in runs], [_find_speed(each) for each in runs]
+    is_pressure = min(supplies) - NEAR_PRESSURE < run.supply < max(supplies) + NEAR_PRESSURE
+    return is_pressure and (1.0 - NEAR_SPEED) * min(speeds) < _find_speed(run) < (1.0 + NEAR_SPEED) * max(speeds)
+
+
+def _find_speed(run: MeasuredRun) -> float:
+    """Speed of an engine [rad/s] or of a driven cylinder [m/s]; of a valve, which has none, 1."""
+    if run.bench == CYLINDER:
+        return float(np.median(np.abs(run.given["velocity"])))
+    return run.speed if run.bench == ENGINE else 1.0
 
 
 def _move_cylinder(pattern: MeasuredRun, supply: float, faster: float) -> MeasuredRun:
@@ -110,14 +136,13 @@ def _move_cylinder(pattern: MeasuredRun, supply: float, faster: float) -> Measur
 
 def _is_alike(run: MeasuredRun, other: MeasuredRun) -> bool:
     """Whether two runs are of one operating point, as far as it can be set."""
-    near = abs(run.supply - other.supply) < 0.05e6
+    near = abs(run.supply - other.supply) < NEAR_PRESSURE
     if run.bench == ENGINE and not (isnan(run.control_supply) and isnan(other.control_supply)):
-        near &= abs(run.control_supply - other.control_supply) < 0.05e6
+        near &= abs(run.control_supply - other.control_supply) < NEAR_PRESSURE
     if run.bench == ENGINE:
-        return near and abs(run.speed / other.speed - 1.0) < 0.1
+        return near and abs(run.speed / other.speed - 1.0) < NEAR_SPEED
     if run.bench == CYLINDER:
-        speeds = [float(np.median(np.abs(each.given["velocity"]))) for each in (run, other)]
-        return near and 0.5 < speeds[0] / speeds[1] < 2.0
+        return near and 0.5 < _find_speed(run) / _find_speed(other) < 2.0
     return near and 0.5 < run.pulse / other.pulse < 2.0
 
 

@@ -8,7 +8,7 @@ from apesim.studies.estimation.residuals import unless_ended
 from apesim.studies.estimation.scatter import list_odd_repeats
 from apesim.studies.gap.design.deciding_trace import find_deciding_trace
 from apesim.studies.gap.design.expected_information import find_entropy, find_information, find_separation
-from apesim.studies.gap.design.experiments import describe_run, list_experiments
+from apesim.studies.gap.design.experiments import Experiment, describe_run, list_experiments
 from apesim.studies.gap.design.forecasts import Alternative, Preview, list_alternatives, preview_experiment
 from apesim.studies.gap.design.outcomes import describe_outcomes, write_outcomes
 from apesim.studies.gap.reasons import ReasonKind, Verdict
@@ -38,6 +38,8 @@ NOT_SHOWN = ReasonKind.REMOVES_NOTHING, ReasonKind.GAP_STILL_THERE
 """Reasons of a refusal by runs that nothing was fitted to, which may hardly show what was tried."""
 MIN_SETTLED = 0.1
 """Share of what is open that an experiment has to settle to be advised without a word of doubt."""
+DECIDES = 0.5
+"""Share of what is open that an experiment is expected to settle, so that none beyond what was run is looked at."""
 STEP_SETTLED = 0.05
 """Share of what is open by which one experiment has to settle more than another to count as better: draws err by half
 of it. Of two alike, the one that keeps its explanations farther apart is taken."""
@@ -142,9 +144,10 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
     """Rank the experiments by what they are expected to tell between the explanations that are in play.
 
     `explanation` is a tie or a refusal. All of the list are foreseen cheaply, with one set of sensitivities, the best
-    `MAX_EXPERIMENTS` then with those of each explanation; ``others`` are those foreseen cheaply alone. ``truth`` is the
-    leading explanation, ``entropy_bits`` what is open, ``action`` what to do; each of ``experiments``, the best first,
-    is as `describe_run` gives it, with ``role``, ``information_bits``, ``settled`` (its share of what is open),
+    `MAX_EXPERIMENTS` between the runs that there are then with those of each explanation, and as many beyond them where
+    none of these is expected to settle the share `DECIDES`; ``others`` are those foreseen cheaply alone. ``truth`` is
+    the leading explanation, ``entropy_bits`` what is open, ``action`` what to do; each of ``experiments``, the best
+    first, is as `describe_run` gives it, with ``role``, ``information_bits``, ``settled`` (its share of what is open),
     ``deviations`` by which each rival would miss what the truth gives, ``least`` of them, and ``outcomes``.
     """
     alternatives = list_alternatives(explanation)
@@ -161,14 +164,20 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
             screened.append((find_information(preview.forecasts, weights), experiment))
     screened.sort(key=lambda row: -row[0])
 
-    # The best of them in full. Shares settled count in steps, as draws err: of two alike the one is better that
-    # keeps its explanations farther apart.
+    # The best of them in full; what lies beyond the runs that there are is looked at only where none within decides.
+    # Shares settled count in steps, as draws err: of two alike the one is better that keeps its explanations farther
+    # apart.
     role = choose_role(explanation)
     rows: list[dict[str, Any]] = []
-    for _, experiment in screened[:MAX_EXPERIMENTS]:
-        preview = unless_ended(_preview, experiment, explanation, alternatives, True)
-        if preview:
-            rows.append(_describe_experiment(preview, alternatives, entropy) | {"role": str(role)})
+    taken: list[Experiment] = []
+    for is_within in (True, False):
+        if any(row["settled"] >= DECIDES for row in rows):
+            break
+        part = [experiment for _, experiment in screened if experiment.is_within == is_within][:MAX_EXPERIMENTS]
+        previews = [unless_ended(_preview, experiment, explanation, alternatives, True) for experiment in part]
+        told = [_describe_experiment(preview, alternatives, entropy) for preview in previews if preview]
+        rows += [row | {"role": str(role)} for row in told]
+        taken += part
     rows.sort(key=lambda row: (-round(row["settled"] / STEP_SETTLED), -row["least"]))
 
     # The advice in words, and all that it rests on as data.
@@ -182,7 +191,8 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
         "experiments": rows,
         "others": [
             describe_run(experiment) | {"role": str(role), "information_bits": information}
-            for information, experiment in screened[MAX_EXPERIMENTS:]
+            for information, experiment in screened
+            if not any(experiment is each for each in taken)
         ],
     }
 

@@ -1,6 +1,7 @@
 """The next test: what it would tell is what a fit to its data tells."""
 
 import re
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -74,7 +75,7 @@ def findings_of(verdict, measured, base, best=None, others=(), scores=("bounce",
 def preview_pair(rivals, text):
     """The preview of an experiment by both effects."""
     measured, base, force, leak = rivals
-    (experiment,) = (each for each in list_experiments(measured, 101325.0) if each.text == text)
+    (experiment,) = (each for each in list_experiments(measured, 101325.0) if each.text.startswith(text))
     pair = [Alternative("side_force", 0.5, force), Alternative("leakage_a", 0.5, leak)]
     return preview_experiment(experiment, findings_of(Verdict.AMBIGUOUS, measured, base, force, (leak,)), pair), pair
 
@@ -160,7 +161,7 @@ def test_the_experiment_that_tells_most_comes_first(rivals):
     measured, base, force, leak = rivals
     told = rank_experiments(findings_of(Verdict.AMBIGUOUS, measured, base, force, (leak, base)))
     rows, listed = told["experiments"], list_experiments(measured, 101325.0)
-    assert len(rows) == MAX_EXPERIMENTS
+    assert len(rows) >= MAX_EXPERIMENTS
     assert len(rows) + len(told["others"]) == len(listed)
     assert rows[0]["information_bits"] >= max(row["information_bits"] for row in rows) - 0.05 * told["entropy_bits"]
     assert all(0.0 <= row["information_bits"] <= told["entropy_bits"] for row in rows)
@@ -190,6 +191,30 @@ def test_of_those_that_tell_as_much_the_one_that_keeps_them_farther_apart_comes_
     ranked = rank_experiments(findings_of(Verdict.AMBIGUOUS, measured, base, force, (leak,)))
     assert [row["least"] for row in ranked["experiments"]] == [6.0, 4.0, 3.0, 9.0, 20.0]
     assert ranked["text"].startswith("Make run 6: it is expected to settle 91 % of what is open.")
+
+
+@pytest.mark.parametrize(("settled", "is_beyond"), [(0.6, False), (0.2, True)])
+def test_what_was_never_run_is_looked_at_only_where_nothing_within_decides(rivals, monkeypatch, settled, is_beyond):
+    outcome = {"explanation": NONE_OF_THEM, "quantity": "mean lift", "unit": "mm", "value": None}
+    row = {"settled": settled, "least": 1.0, "outcomes": [outcome | {"tells": 1.0, "decimals": 1}]}
+    monkeypatch.setattr(
+        "apesim.studies.gap.design.next_test._describe_experiment",
+        lambda preview, *_: row | {"text": preview.experiment.text, "within": preview.experiment.is_within},
+    )
+    measured, base, force, leak = rivals
+    ranked = rank_experiments(findings_of(Verdict.AMBIGUOUS, measured, base, force, (leak,)))
+    beyond = [each["text"] for each in ranked["experiments"] if not each["within"]]
+    assert bool(beyond) == is_beyond
+    assert all("beyond what was run" in text for text in beyond)
+
+
+def test_runs_are_offered_between_those_that_there_are(rivals):
+    """The bench was run at 0.4 and 0.6 MPa gauge: halfway is not among the usual pressures."""
+    supplies = sorted({run.supply for run in rivals[0].runs})
+    listed = list_experiments(rivals[0], 101325.0)
+    within = {each.run.supply for each in listed if each.is_within and not each.added}
+    assert {0.5 * sum(pair) for pair in pairwise(supplies)} <= within
+    assert all(supplies[0] - 0.05e6 < supply < supplies[-1] + 0.05e6 for supply in within)
 
 
 def test_an_experiment_says_how_it_is_run(rivals):
@@ -364,7 +389,7 @@ def test_a_far_number_and_a_sensor_to_check_are_told_with_their_values(
     models = (base, pulled_by(force, **pulls)) if added else (pulled_by(base, **pulls), None)
     first, _, then = find_next_test(findings_of(Verdict.REFUSED, measured, *models))["text"].partition(" Then: ")
     assert all(word in first for word in words)
-    assert numbers_in(first) == pytest.approx(values, rel=0.02)
+    assert numbers_in(first) == pytest.approx(values, rel=0.07)  # rounded to their errors
     assert then.lower() == RANKED["text"].lower()
     assert find_next_test(findings_of(Verdict.AMBIGUOUS, measured, *models)) == RANKED
 
