@@ -229,9 +229,27 @@ def _leave_each_out(base: Model, model: Model, work: Work) -> list[list[HeldOutR
     return pairs
 
 
+def find_baseline(base: Model, model: Model) -> Model:
+    """The machine without effects that a `model` is held against on runs held out: the calibrated machine `base`.
+
+    Where that has pulled a number far, and the model none, the number has taken up what is missing: the machine then
+    has the numbers of the model, with its effects off.
+
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> explanation.calibrated.corrected  # stands in for the force that is missing
+    ('air.heat_capacity_ratio',)
+    >>> len(find_baseline(explanation.calibrated, explanation.best).pulled)
+    0
+    """
+    if not base.pulled or model.pulled:
+        return base
+    return base._replace(fitted=base.fitted._replace(x=model.fitted.x[: len(base.fitted.x)]))
+
+
 def _judge_without(base: Model, model: Model, point: MeasuredRun) -> list[HeldOutResiduals]:
     """The residuals of two models at an operating point, both fitted anew without it."""
-    runs, noise, pair = base.residuals.runs, base.residuals.noise, []
+    runs, noise, again = base.residuals.runs, base.residuals.noise, []
     fitted_runs = [run for run in runs if not is_at(run, point)]
     held_out_runs = [run for run in runs if is_at(run, point)]
     starts = starts_at(base.residuals.machine, fitted_runs, base.residuals.parameters, base.fitted.x)
@@ -241,9 +259,13 @@ def _judge_without(base: Model, model: Model, point: MeasuredRun) -> list[HeldOu
         pulls = slice(len(before.data_residuals), None)
         jacobian = np.vstack([before.jacobian[own] for own in (*rows, pulls)])
         fitted = descend(residuals, before.x, jacobian, before.steps, is_exact=before.converged)
-        judged = find_held_out_residuals(Model(whole.candidates, residuals, fitted), held_out_runs, noise)
-        pair.append(judged._replace(simulations=judged.simulations + residuals.simulations))
-    return pair
+        again.append(Model(whole.candidates, residuals, fitted))
+    again[0] = find_baseline(*again)
+    judged = [find_held_out_residuals(each, held_out_runs, noise) for each in again]
+    return [
+        one._replace(simulations=one.simulations + each.residuals.simulations)
+        for one, each in zip(judged, again, strict=True)
+    ]
 
 
 def judge_held_out(
@@ -253,9 +275,9 @@ def judge_held_out(
 
     Where there are gate runs, what each explanation leaves of them counts beside its cost, and those near the best and
     the best single effect alone are kept. Gate runs that hardly show the best one are judged together with the
-    operating points. The choices come and go with the best first; the second value is None where
-    nothing is held out: there is one operating point alone, no explanation costs less than the calibrated machine, or
-    without gate runs the best is a fault of one file.
+    operating points. What it is held against is the calibrated machine, see `find_baseline`. The choices come and go
+    with the best first; the second value is None where nothing is held out: there is one operating point alone, no
+    explanation costs less than the calibrated machine, or without gate runs the best is a fault of one file.
 
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
@@ -279,7 +301,10 @@ def judge_held_out(
     best = choices[0]
 
     # Gate runs that hardly show the explanation cannot judge it alone: they are one part among the operating points.
-    pair, others = [before, judged[best.names]], []
+    baseline, others = find_baseline(calibrated, best.model), []
+    if baseline is not calibrated:
+        (before,) = find_all_held_out_residuals(calibrated, [baseline], runs, noise, work)
+    pair = [before, judged[best.names]]
     shown = np.linalg.norm(pair[1].residuals - before.residuals)
     if shown < MIN_SHOWN and not any(candidate.file for candidate in best.model.candidates):
         others = _leave_each_out(calibrated, best.model, work)
