@@ -6,7 +6,7 @@ import numpy as np
 
 from apesim.engine.machine import Machine
 from apesim.studies.estimation.engine_starts import starts_at
-from apesim.studies.estimation.levenberg_marquardt import ROUGH, Fitted, descend
+from apesim.studies.estimation.levenberg_marquardt import ROUGH, SAME, Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.discrepancy import state_discrepancy
 from apesim.studies.estimation.noise.estimation import noise_of
@@ -92,7 +92,11 @@ def elsewhere(base: Model, work: Any) -> Model:
     # A few steps without new sensitivities tell which starts lead back, as nearly all do.
     scouts = work.each("calibrating", unless_ended, [(_scout, residuals, x, base.fitted) for x in starts])
     arrived = [one for one in scouts if one]
-    away = [fitted for fitted, _ in arrived if not base.fitted.leads_here(fitted.x, fitted.residuals)]
+    away = [
+        fitted
+        for fitted, _ in arrived
+        if abs(fitted.cost - base.fitted.cost) > SAME and not base.fitted.leads_here(fitted.x, fitted.residuals)
+    ]
     lowest = sorted(away, key=lambda fitted: fitted.cost)[:MAX_FOLLOWED]
     found = work.each("calibrating", unless_ended, [(_follow, residuals, start, base.fitted) for start in lowest])
     ended = [one for one in found if one]
@@ -119,5 +123,7 @@ def _follow(residuals: WhitenedResiduals, start: Fitted, base: Fitted) -> tuple[
     """End of a descent from where a scout has come, and how many simulations it takes; over where it leads back."""
     own = residuals.with_parameters(residuals.parameters)
     limit = base.cost + ROUGH
-    fitted = descend(own, start.x, None, start.steps, known=base, limit=limit, least_promise=0.0)
+    fitted = descend(
+        own, start.x, None, start.steps, errors=start.residuals, known=base, limit=limit, least_promise=0.0
+    )
     return fitted, own.simulations

@@ -85,10 +85,9 @@ def compare_groups(jacobian: np.ndarray, residuals: np.ndarray, groups: Sequence
 
     # Where the groups tell too little, the curvature alone speaks.
     variances = np.diag(covariance)
-    by_noise = sum(np.sum((covariance @ slope.T) ** 2, axis=1) for slope in slopes)
     tells = means > MIN_FREE * variances
     shares, ratios, freedom = np.zeros(width), np.ones(width), np.zeros(width)
-    shares[tells] = (by_noise / np.where(tells, variances, 1.0))[tells]
+    shares[tells] = (means / np.where(tells, variances, 1.0))[tells]
     ratios[tells] = (np.sum(np.square(scores), axis=0) / np.where(tells, means, 1.0))[tells]
     freedom[tells] = (means**2 / np.where(tells, squares, 1.0))[tells]
     return GroupVariances(shares, ratios, freedom)

@@ -183,8 +183,7 @@ def descend(
             if promise < BENT and damping > 1.0:
                 return end._replace(converged=True)
             if fall > 0.0:
-                drift += float(np.linalg.norm(tried - errors))
-                x, errors = x + step, tried
+                drift, x, errors = np.inf, x + step, tried
             damping = max(10.0 * damping, DAMPING_FELT)
 
         if is_stale and is_scout:

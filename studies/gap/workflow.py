@@ -193,6 +193,7 @@ def _add_search(
     if tabulated and not (ranked and ranked[0].model.cost < tabulated.model.cost):
         cells = _localise_explained(gap, tabulated.model)
     found = replace(explanation, decision=decision, fits=fits, ranked=ranked, judged=facts.judged, cells=cells)
+    found = replace(found, foreseen=facts.foreseen)
     found = replace(found, left_p_value=facts.left_chance, gap_size=facts.size, balances=tables.ranked)
     return replace(found, tabulated=tabulated), facts
 
@@ -208,6 +209,11 @@ def _judge_fits(
     """The facts with the models that were fitted, judged by runs held out, and where the gap lives."""
     ranked, judged = judge_held_out(facts.base, fits, explanation.measured, work)
     facts, cells = replace(facts, choices=tuple(ranked), judged=judged, odd_before=tuple(odd)), explanation.cells
+    # What was foreseen is counted from the best choice, which is another one where gates have changed the order.
+    if ranked:
+        behind = next(choice.cost for choice in fits if choice.names == ranked[0].names) - fits[0].cost
+        nearer = (each._replace(excess=max(0.0, each.excess - behind)) for each in facts.foreseen)
+        facts = replace(facts, foreseen=tuple(nearer))
     # The gap is what the best model takes of the residuals; where none earns its place, they are all there is.
     if not facts.has_no_gain:
         best = facts.best.model
@@ -226,10 +232,16 @@ def _localise_explained(gap: CalibratedGap, model: Model) -> list[Cell]:
 
 
 def _find_likelier_balance(facts: Facts, tables: Tables, library_size: int) -> str | None:
-    """The balance of a table that explains more than what is blamed; None where no run has judged it."""
+    """The balance of a table that explains more than what is blamed.
+
+    None where no run has judged it, and where it is good enough by a discrepancy that is stated.
+    """
     decision = decide(facts)
     is_judged = facts.judged is not None or decision.verdict == Verdict.MEASUREMENT
     if decision.verdict not in BLAMING or not is_judged or decision.best is None:
+        return None
+    # A model that may be off by what it leaves is not refused for what a table takes of that.
+    if is_good_enough(decision.best.model):
         return None
     better = find_likelier_table(tables, decision.best.model, library_size)
     return better.balance if better else None

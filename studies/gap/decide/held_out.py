@@ -215,25 +215,35 @@ def leave_one_out(base: Model, model: Model, work: Work) -> HeldOut | None:
     >>> judged.samples, judged.removed_energy > 0.0
     (320, True)
     """
-    pairs = _leave_each_out(base, model, work)
-    return compare_residuals(pairs) if pairs else None
+    parts = _leave_each_out(base, model, work)
+    return _compare_with_baseline(parts) if parts else None
 
 
 def _leave_each_out(base: Model, model: Model, work: Work) -> list[list[HeldOutResiduals]]:
-    """The residuals of two models at each operating point, see `leave_one_out`; none where there is one alone."""
+    """The residuals of two models and of the baseline at each operating point; none where there is one alone."""
     points = find_points(base.residuals.runs)
     if len(points) < 2:
         return []
-    pairs = work.each("judging", _judge_without, [(base, model, point) for point in points])
-    work.simulations.add(sum(each.simulations for pair in pairs for each in pair))
-    return pairs
+    parts = work.each("judging", _judge_without, [(base, model, point) for point in points])
+    work.simulations.add(sum(each.simulations for part in parts for each in part))
+    return parts
+
+
+def _compare_with_baseline(parts: Sequence[Sequence[HeldOutResiduals]]) -> HeldOut:
+    """Compare a model with the calibrated machine, or with the baseline where the model leaves less than that machine.
+
+    Each part holds the residuals of the calibrated machine, of the model and of the baseline, see `find_baseline`. A
+    model that does no better than the calibrated machine has removed nothing, whatever the baseline leaves.
+    """
+    is_better = sum(after.misfit for _, after, _ in parts) < sum(before.misfit for before, _, _ in parts)
+    return compare_residuals([(baseline if is_better else before, after) for before, after, baseline in parts])
 
 
 def find_baseline(base: Model, model: Model) -> Model:
-    """The machine without effects that a `model` is held against on runs held out: the calibrated machine `base`.
+    """Find the machine without effects that a `model` is held against on runs held out.
 
-    Where that has pulled a number far, and the model none, the number has taken up what is missing: the machine then
-    has the numbers of the model, with its effects off.
+    It is the calibrated machine `base`. Where that has pulled a number far, and the model none, the number has taken up
+    what is missing: the machine then has the numbers of the model, with its effects off.
 
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
@@ -248,7 +258,7 @@ def find_baseline(base: Model, model: Model) -> Model:
 
 
 def _judge_without(base: Model, model: Model, point: MeasuredRun) -> list[HeldOutResiduals]:
-    """The residuals of two models at an operating point, both fitted anew without it."""
+    """The residuals of two models, both fitted anew without an operating point, and of their baseline there."""
     runs, noise, again = base.residuals.runs, base.residuals.noise, []
     fitted_runs = [run for run in runs if not is_at(run, point)]
     held_out_runs = [run for run in runs if is_at(run, point)]
@@ -260,12 +270,13 @@ def _judge_without(base: Model, model: Model, point: MeasuredRun) -> list[HeldOu
         jacobian = np.vstack([before.jacobian[own] for own in (*rows, pulls)])
         fitted = descend(residuals, before.x, jacobian, before.steps, is_exact=before.converged)
         again.append(Model(whole.candidates, residuals, fitted))
-    again[0] = find_baseline(*again)
-    judged = [find_held_out_residuals(each, held_out_runs, noise) for each in again]
-    return [
-        one._replace(simulations=one.simulations + each.residuals.simulations)
-        for one, each in zip(judged, again, strict=True)
-    ]
+    baseline = find_baseline(*again)
+    wanted = again if baseline is again[0] else [*again, baseline]
+    judged = [find_held_out_residuals(each, held_out_runs, noise) for each in wanted]
+    fitting = sum(each.residuals.simulations for each in again)
+    before, after = judged[:2]
+    against = judged[2] if judged[2:] else before._replace(simulations=0)  # which is counted already
+    return [before, after._replace(simulations=after.simulations + fitting), against]
 
 
 def judge_held_out(
@@ -300,12 +311,14 @@ def judge_held_out(
     choices = sorted(near, key=lambda choice: choice.cost)
     best = choices[0]
 
-    # Gate runs that hardly show the explanation cannot judge it alone: they are one part among the operating points.
-    baseline, others = find_baseline(calibrated, best.model), []
+    # What the best one is held against.
+    baseline, after, others = find_baseline(calibrated, best.model), judged[best.names], []
+    against = before
     if baseline is not calibrated:
-        (before,) = find_all_held_out_residuals(calibrated, [baseline], runs, noise, work)
-    pair = [before, judged[best.names]]
-    shown = np.linalg.norm(pair[1].residuals - before.residuals)
+        (against,) = find_all_held_out_residuals(calibrated, [baseline], runs, noise, work)
+
+    # Gate runs that hardly show the explanation cannot judge it alone: they are one part among the operating points.
+    shown = np.linalg.norm(after.window_means - against.window_means)
     if shown < MIN_SHOWN and not any(candidate.file for candidate in best.model.candidates):
         others = _leave_each_out(calibrated, best.model, work)
-    return choices, compare_residuals([pair, *others])
+    return choices, _compare_with_baseline([(before, after, against), *others])

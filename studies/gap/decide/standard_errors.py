@@ -118,7 +118,8 @@ def _list_larger(
         prior = (probe.x[probe.strength] / max(map(abs, probe.parameter.ends))) ** 2
         precision = each.length**2 + prior
         size = -float(each.projected @ fitted.residuals) / precision
-        size = max(size, 0.0) if probe.one_sided else size
+        if probe.one_sided and size <= 0.0:
+            continue
         moved = covariance @ (fitted.jacobian[:samples].T @ each.effect[:samples])
         excess = find_term_penalty(library) - _find_rebate() - size**2 * precision
         if name not in found or excess < found[name].excess:

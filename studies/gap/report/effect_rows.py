@@ -126,8 +126,8 @@ def find_ends(model: Model, j: int, error: float) -> Sequence[End]:
     """Both ends, in x, of the 95 % interval of a model's j-th parameter; none where they were not sought.
 
     `error` is its standard deviation in x, of `find_standard_errors`. Where the effect has a shape, the ends come from
-    profile likelihood, and move away as far as the error is larger than by the curvature. A parameter on which the data
-    do not depend is held on neither side.
+    profile likelihood, and what the variance is above that by the curvature comes to their distance in quadrature. A
+    parameter on which the data do not depend is held on neither side.
 
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> model = explain_example().best
@@ -137,10 +137,9 @@ def find_ends(model: Model, j: int, error: float) -> Sequence[End]:
     """
     parameter, x = model.residuals.parameters[j], model.fitted.x
     if any(j in numbers for numbers in find_shapes(model)):
-        by_curvature = np.sqrt(model.fitted.covariance[j, j])
-        stretch = error / by_curvature if model.identifiable[j] else WIDENING
+        above = max(0.0, (error / WIDENING) ** 2 - model.fitted.covariance[j, j]) if model.identifiable[j] else 0.0
         ends = (model.profiles or {}).get(parameter.key, ())
-        return [_move_away(end, float(x[j]), stretch, parameter) for end in ends]
+        return [_move_away(end, float(x[j]), NORMAL_95 * np.sqrt(above), parameter) for end in ends]
     half = NORMAL_95 * error if model.identifiable[j] else np.inf
     bounds = np.clip([x[j] - half, x[j] + half], parameter.low, parameter.high)
     is_inside = parameter.low <= x[j] - half, x[j] + half <= parameter.high
@@ -148,9 +147,9 @@ def find_ends(model: Model, j: int, error: float) -> Sequence[End]:
     return [End(bound, kind, x) for bound, kind in zip(bounds, kinds, strict=True)]
 
 
-def _move_away(end: End, best: float, stretch: float, parameter: Parameter) -> End:
-    """An end of an interval so many times as far from the best value, up to the end of the parameter's range."""
-    at = best + stretch * (end.at - best)
+def _move_away(end: End, best: float, added: float, parameter: Parameter) -> End:
+    """An end of an interval farther from the best value by what is added in quadrature, up to the end of the range."""
+    at = best + np.sign(end.at - best) * WIDENING * np.hypot(end.at - best, added)
     kind = end.kind if parameter.low <= at <= parameter.high else EndKind.OPEN
     return end._replace(at=float(np.clip(at, parameter.low, parameter.high)), kind=kind)
 

@@ -1,6 +1,6 @@
 """All models that may explain a gap: effects, faults of files and sets of them, fitted through the simulator."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -58,21 +58,22 @@ def fit_candidates(
         if sets and sets[0] is min(fits, key=lambda choice: choice.cost):
             fits += refit_each_alone(base, sets[0], library_size, work)
             gap, fits = take_scatter_at_best(gap, fits, others, work)
-            foreseen = list(count_from_best(foreseen, sets[0].names, fits))
+            foreseen = count_from_best(foreseen, sets[0].names, fits)
     return gap, _select_best_of_sets(fits), foreseen
 
 
 def count_from_best(
-    foreseen: Iterable[Foreseen], about: Sequence[str], fits: Sequence[PricedModel]
-) -> Iterator[Foreseen]:
-    """Count what was foreseen about some fit from the best of all fits, where their costs have changed since.
+    foreseen: Iterable[Foreseen], best_names: Sequence[str], fits: Sequence[PricedModel]
+) -> list[Foreseen]:
+    """Count what was foreseen from the best of all fits, where their costs have changed since.
 
-    `about` are the names of that fit, which was the best. Where it is not among `fits` any more, nothing is foreseen.
+    `best_names` are those of the fit that was the best. Where it is not among `fits` any more, nothing is foreseen.
     """
-    for choice in fits:
-        if choice.names == tuple(about):
-            behind = choice.cost - min(each.cost for each in fits)
-            yield from (each._replace(excess=each.excess + behind) for each in foreseen)
+    costs = [choice.cost for choice in fits if choice.names == tuple(best_names)]
+    if not costs:
+        return []
+    behind = min(costs) - min(choice.cost for choice in fits)
+    return [each._replace(excess=each.excess + behind) for each in foreseen]
 
 
 def _select_best_of_sets(fits: list[PricedModel]) -> list[PricedModel]:

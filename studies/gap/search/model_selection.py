@@ -200,11 +200,12 @@ def foresee_others(
     def foresee(each: LinearSet) -> float:
         return start + each.cost + find_penalty(each, library)
 
-    # Of each candidate the fit that keeps most of what was foreseen of it tells how far the others may be off.
+    # Of each candidate the fit that keeps most of what was foreseen of it tells how far the others may be off: one that
+    # is a change of one candidate from where the linear model stands, as farther ones tell of something else.
     costs = {frozenset(choice.names): choice.cost - least for choice in fits}
     short: dict[str, float] = {}
     for each in ranked:
-        if each.names in costs:
+        if each.names in costs and len(each.names ^ set(about.names)) <= 2:
             error = costs[each.names] - foresee(each)
             short |= {name: min(error, short.get(name, error)) for name in each.names}
     # What a set promises beyond the best fit is not believed either, nor in the larger sets that contain it.

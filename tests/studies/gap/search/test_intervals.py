@@ -8,8 +8,7 @@ import pytest
 
 from apesim.engine.machine import Machine
 from apesim.studies.estimation.calibration import calibrate
-from apesim.studies.gap.decide.standard_errors import find_standard_errors
-from apesim.studies.gap.report.effect_rows import describe_effects, format_interval, format_value
+from apesim.studies.gap.report.effect_rows import describe_effects, find_ends, format_interval, format_value
 from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.intervals import find_profiles
 from apesim.studies.gap.search.library import select_effects
@@ -93,16 +92,16 @@ def test_the_interval_of_a_friction_counts_that_some_of_it_may_be_breakaway():
     assert low < 6.0 < high
 
 
-def test_an_interval_by_profiles_is_as_much_wider_as_the_error_is_than_by_the_curvature():
+def test_what_an_error_is_above_the_curvature_comes_to_an_interval_by_profiles_in_quadrature():
     _, found = friction(8, 6.0, 20.0)
-    own = np.diag(found.fitted.covariance)
-    between = 4.0 * own - find_standard_errors(found) ** 2
-    by_profile = rows_of(found._replace(between=own - find_standard_errors(found) ** 2))["force"]
-    wider = rows_of(found._replace(between=between))["force"]
-    for end, farther in zip(by_profile["interval_95"], wider["interval_95"], strict=True):
-        assert farther - wider["value"] == pytest.approx(2.0 * (end - wider["value"]))
-    beyond = rows_of(found._replace(between=1e6 * own))["force"]
-    assert (beyond["open_ends"], beyond["interval_95"][0]) == (["low", "high"], 0.0)
+    force = len(found.fitted.x) - 2
+    own = float(np.sqrt(found.fitted.covariance[force, force]))
+    best = found.fitted.x[force]
+    for plain, wider in zip(find_ends(found, force, own), find_ends(found, force, 2.0 * own), strict=True):
+        added = 1.96 * np.sqrt(3.0) * own
+        assert abs(wider.at - best) == pytest.approx(np.hypot(plain.at - best, added), rel=1e-4)
+    beyond = find_ends(found, force, 1e3 * own)
+    assert [end.is_open for end in beyond] == [True, True]
 
 
 def test_no_interval_is_told_of_a_shape_where_none_was_sought():
