@@ -19,7 +19,6 @@ import numpy as np
 
 from apesim.studies.estimation.noise.discrepancy import list_discrepancies
 from apesim.studies.gap.decide.inclusion import MIN_LISTED, Inclusion, find_inclusions
-from apesim.studies.gap.decide.operating_points import find_points
 from apesim.studies.gap.reasons import Verdict
 
 if TYPE_CHECKING:
@@ -60,7 +59,7 @@ KINDS = {
 """Kind of what each verdict claims; AMBIGUOUS claims nothing."""
 DENYING = StatementKind.NO_GAP, StatementKind.REFUSAL
 """Kinds of statements by which no effect of the library is there: the surest effect speaks against them."""
-FEATURES = "evidence", "shortfall", "pull", "has_rivals", "points"
+FEATURES = "evidence", "shortfall", "pull", "has_rivals"
 """Fields of a statement that its probability depends on."""
 
 
@@ -80,8 +79,6 @@ class Statement(NamedTuple):
     """Largest pull of a calibrated number of the machine [standard deviations of its prior]."""
     has_rivals: bool
     """Whether the data do not distinguish the best explanation from others."""
-    points: int
-    """Number of operating points that were fitted."""
     is_counted: bool = True
     """Whether sealed cases tell of it: of effects of a machine, by a model that is taken to be exact."""
 
@@ -98,7 +95,6 @@ def list_statements(explanation: "Explanation") -> list[Statement]:
         "shortfall": -log10(max(explanation.left_p_value, MIN_CHANCE)),
         "pull": float(pulls.max(initial=0.0)),
         "has_rivals": bool(explanation.decision.rivals),
-        "points": len(find_points(explanation.calibrated.residuals.runs)),
     }
 
     # Of a model that may be off and of numbers of the machine file no sealed case tells.

@@ -18,16 +18,16 @@ from .figures import brier
 from .forecasts import judge
 from .tables import between, markdown
 
-FEATURES = "evidence", "shortfall", "pull", "has_rivals", "points"
+FEATURES = "evidence", "shortfall", "pull", "has_rivals"
 """What a verdict says that each of its statements rests on."""
-NAMING = (1, -1, -1, -1, 1)
+NAMING = (1, -1, -1, -1)
 DIRECTIONS = {
     "effect": NAMING,
     "name": NAMING,
     "measurement": NAMING,
-    "calibration": (1, -1, 1, -1, 1),
-    "no gap": (-1, -1, -1, 0, 1),
-    "refusal": (-1, 1, 0, 0, 1),
+    "calibration": (1, -1, 1, -1),
+    "no gap": (-1, -1, -1, 0),
+    "refusal": (-1, 1, 0, 0),
 }
 """Directions of the features by kind: each can only raise the probability (1), or lower it (-1), or says nothing (0).
 

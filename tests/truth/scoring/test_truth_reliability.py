@@ -27,14 +27,14 @@ WIDE = {"common_slopes": 3.0, "slopes": 1.0, "kinds": 3.0, "benches": 1.0}
 """Spreads of priors that leave coefficients to the data."""
 NAME, EFFECT = KINDS.index("name"), KINDS.index("effect")
 OFFSETS = {"effect": 0.5, "name": 1.5}
-TRUE = np.array([0.8, -0.5, -0.2, 0.0, 0.3])
+TRUE = np.array([0.8, -0.5, -0.2, -0.3])
 """Slopes of both kinds."""
 
 
 def drawn(number, seed=3, slopes=TRUE, names=0.5, per_case=1):
     """Statements of two kinds and benches, a share of them names, each right by true coefficients."""
     rng = np.random.default_rng(seed)
-    features = rng.normal(size=(number, len(FEATURES))) * [3.0, 1.0, 1.0, 1.0, 1.0] + [1.0, 0.0, 0.0, 0.0, 2.0]
+    features = rng.normal(size=(number, len(FEATURES))) * [3.0, 1.0, 1.0, 1.0] + [1.0, 0.0, 0.0, 0.0]
     kinds = np.where(rng.uniform(size=number) < names, "name", "effect")
     benches = np.where(rng.uniform(size=number) < 0.5, VALVE, ENGINE)
     scores = np.where(kinds == "name", OFFSETS["name"], OFFSETS["effect"]) + features @ slopes
@@ -43,7 +43,7 @@ def drawn(number, seed=3, slopes=TRUE, names=0.5, per_case=1):
 
 
 def statement(kind, about, evidence=2.0):
-    known = {"shortfall": 0.0, "pull": 1.0, "has_rivals": False, "points": 4}
+    known = {"shortfall": 0.0, "pull": 1.0, "has_rivals": False}
     return {"kind": kind, "about": about, "bench": VALVE, "evidence": evidence, "is_counted": True} | known
 
 
@@ -137,7 +137,7 @@ def test_what_no_sealed_case_tells_of_is_not_gathered():
     assert [*gathered.kinds] == ["name", "name"]
     assert [*gathered.owners] == [0, 1]
     assert [*gathered.right] == [True, False]
-    assert [*gathered.features[0]] == [2.0, 0.0, 1.0, 0.0, 4.0]
+    assert [*gathered.features[0]] == [2.0, 0.0, 1.0, 0.0]
 
 
 def test_what_is_written_has_each_kind_and_bench_and_a_table_beside_it():

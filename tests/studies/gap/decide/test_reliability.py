@@ -1,6 +1,7 @@
 """What an explanation claims, and how probable it says that to be."""
 
 from dataclasses import replace
+from itertools import product
 from math import asinh, exp, sinh
 
 import pytest
@@ -18,7 +19,7 @@ from apesim.studies.measured import CYLINDER, ENGINE, VALVE
 from tests.truth.scoring import reliability as scoring
 
 OFFSETS = {StatementKind.EFFECT: -1.0, StatementKind.NAME: 0.5}
-SLOPES = {"evidence": 0.2, "shortfall": -0.1, "pull": -0.4, "has_rivals": -0.8, "points": 0.3}
+SLOPES = {"evidence": 0.2, "shortfall": -0.1, "pull": -0.4, "has_rivals": -0.8}
 ON_VALVE = 0.25
 """Coefficients of a regression: offsets of kinds, slopes of all, and the offset of the valve's bench."""
 
@@ -41,8 +42,8 @@ def test_a_verdict_claims_its_name_and_each_effect(counted):
     assert (name.kind, effect.kind) == (StatementKind.NAME, StatementKind.EFFECT)
     assert name.about == effect.about == ("side_force",)
     assert name.evidence == effect.evidence > asinh(20.0)
-    assert (name.bench, name.has_rivals, name.points) == (VALVE, False, 2)
-    score = 0.5 + ON_VALVE + 0.2 * name.evidence - 0.1 * name.shortfall - 0.4 * name.pull + 0.3 * name.points
+    assert (name.bench, name.has_rivals) == (VALVE, False)
+    score = 0.5 + ON_VALVE + 0.2 * name.evidence - 0.1 * name.shortfall - 0.4 * name.pull
     assert find_probability(name) == pytest.approx(1.0 / (1.0 + exp(-score)))
     open_one = name._replace(has_rivals=True)
     assert find_probability(open_one) == pytest.approx(1.0 / (1.0 + exp(0.8 - score)))
@@ -59,9 +60,10 @@ def test_what_is_written_is_what_was_counted(counted):
 
 def test_a_tie_claims_nothing_but_of_its_effects(counted):
     tie = said(Verdict.AMBIGUOUS)
-    assert {each.kind for each in list_statements(tie)} == {StatementKind.EFFECT}
+    effects = list_statements(tie)
+    assert {each.kind for each in effects} == {StatementKind.EFFECT}
     assert describe(tie)["probability"] is None
-    assert describe(tie)["inclusion"]["side_force"] > 0.5
+    assert describe(tie)["inclusion"]["side_force"] == find_probability(effects[0])
 
 
 @pytest.mark.parametrize("verdict", [Verdict.REFUSED, Verdict.NO_GAP, Verdict.CALIBRATION, Verdict.MEASUREMENT])
@@ -131,6 +133,16 @@ def test_more_evidence_raises_the_probability_of_what_is_named_and_more_left_low
         for field, way in (("evidence", 1.0), ("shortfall", -1.0)):
             before, after = (statement._replace(**{field: size}) for size in (1.0, 3.0))
             assert way * (find_probability(after) - find_probability(before)) > 0.0
+
+
+def test_an_effect_that_the_data_speak_against_is_less_likely_than_not():
+    """Whatever else is known: all pulls and shortfalls that there may be, with rivals and without, on both benches."""
+    effect = list_statements(explain_example())[1]
+    for bench, log_odds, shortfall, pull, has_rivals in product(
+        (VALVE, ENGINE), (-3.0, -7.0), (0.0, 6.0), (0.0, 6.0), (False, True)
+    ):
+        others = {"bench": bench, "shortfall": shortfall, "pull": pull, "has_rivals": has_rivals}
+        assert find_probability(effect._replace(evidence=asinh(log_odds), **others)) < 0.5
 
 
 def test_names_differ_by_what_the_best_model_leaves():
