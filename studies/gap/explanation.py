@@ -98,7 +98,9 @@ class Explanation:
     foreseen : sequence of Foreseen
         Sets that were not fitted, as a linear model foresees them, the best first.
     judged : HeldOut or None
-        The best of them on the gate runs, or with operating points left out one at a time.
+        The best of them on the gate runs, with operating points left out one at a time, or both together where gates
+        hardly show it. What it is held against may be the machine with the numbers of the best one, see
+        `apesim.studies.gap.decide.held_out.find_baseline`.
     left_p_value : float
         Chance of noise alone to leave as much as the best of them does, or as the calibrated machine where none was
         fitted.

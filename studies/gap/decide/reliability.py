@@ -3,8 +3,8 @@
 A weight of models says how far the data speak for an effect, if the truth is among the models and the noise is what it
 was taken for. Neither is ever quite so. What is stated is therefore the share of such statements that were right on
 sealed cases of an independent simulator: a logistic regression on what is known when the statement is made. Its
-coefficients are read from ``reliability.json``, which `python -m tests.truth calibrate` writes; a kind of statement
-that has too few cases there, or data of another kind than theirs, has no probability.
+coefficients are read from ``reliability.json``, which `python -m tests.truth calibrate` writes. A kind with few
+statements there leans on the others; one without any, or data of another kind than theirs, has no probability.
 """
 
 import json
@@ -151,7 +151,8 @@ def load_reliability() -> dict[str, Any]:
     """Load what sealed cases tell of the probabilities of statements.
 
     It has ``kinds``, by kind of statement its ``offset`` and its ``slopes`` by feature, how many ``statements`` were
-    made and how many were ``right``; ``benches``, by bench its ``offset`` and how many ``cases`` are of it; and
+    made and how many were ``right``; ``benches``, by bench its ``offset`` and how many ``cases`` and ``statements`` are
+    of it; ``spreads``, by which kinds and benches lean on one another, the standard deviations of the priors; and
     ``cases``, the sealed cases that were counted.
     """
     return json.loads(files(__package__).joinpath(FILE).read_text(encoding="utf-8"))
