@@ -11,7 +11,7 @@ from apesim.engine.receiver import MAX_VOLUME
 from apesim.flow_function import NEARLY_EQUAL
 from apesim.march import adaptive, periodic
 from apesim.restriction import AREA_OF_CONDUCTANCE
-from apesim.studies.estimation import levenberg_marquardt, priors
+from apesim.studies.estimation import calibration, levenberg_marquardt, priors
 from apesim.studies.estimation.noise import process
 from apesim.studies.gap.search import gap_test
 from apesim.studies.limit.design_rule import MAX_WINDOW, WITHIN
@@ -110,6 +110,12 @@ def compute():
         "noise.enough": (process.ENOUGH, ""),
         "descent.converged": (levenberg_marquardt.CONVERGED, ""),
         "descent.max_steps": (levenberg_marquardt.MAX_STEPS, ""),
+        "descent.fresh": (levenberg_marquardt.FRESH, ""),
+        "descent.same": (levenberg_marquardt.SAME, ""),
+        "descent.foretold": (100.0 * levenberg_marquardt.FORETOLD, "%"),
+        "calibration.starts": (calibration.STARTS, ""),
+        "calibration.followed": (calibration.MAX_FOLLOWED, ""),
+        "calibration.deeper": (calibration.DEEPER, ""),
         "gap_test.noise_draws": (gap_test.NOISE_DRAWS, ""),
         "gap_test.score_draws": (gap_test.SCORE_DRAWS, ""),
     }

@@ -14,7 +14,7 @@ from apesim.studies.estimation.residuals import EndedEarly, first_steps
 
 MAX_STEPS = 40
 CONVERGED = 0.02
-"""Fall of the sum of squares that a fresh step would still promise."""
+"""Fall of the sum of squares that a step would still promise at a minimum, by sensitivities taken within `FRESH`."""
 SAME = 0.1
 """Difference of two sums of squares that are those of one minimum: five times what a descent may leave."""
 FORESEEN = 0.5, 1.5
@@ -52,7 +52,7 @@ class Fitted(NamedTuple):
     jacobian: np.ndarray
     """Sensitivities of the residuals at x or close to it, (n + p, p)."""
     converged: bool
-    """Whether no step by sensitivities taken at x promises more."""
+    """Whether no step promises more, by sensitivities taken at x or where the data differ by less than `FRESH`."""
     steps: np.ndarray
     """Steps of finite differences with which the next sensitivities near x are to be taken, (p,)."""
 
@@ -123,8 +123,9 @@ def descend(
     doi 10.1137/0111030) for the parameters that no bound holds; J is kept up by Broyden's rule ``J + (e_new - e - J
     step) step' / (step' step)`` (Broyden 1965, doi 10.1090/S0025-5718-1965-0198670-6), and taken anew where a step does
     not keep its promise. The start `x` is clipped to the bounds; `jacobian` and `steps` come from nearby (`is_exact`:
-    `jacobian` is that at the start), else they are taken at the start; `errors` are the residuals there; `converged` is
-    the fall of the sum of squares that a fresh step would still promise at the end. A descent is over, without
+    `jacobian` was taken at the start, or within `FRESH` of it), else they are taken at the start; `errors` are the
+    residuals there; `converged` is the fall of the sum of squares that a step would still promise at the end, by
+    sensitivities that were taken where the data differ by less than `FRESH`. A descent is over, without
     sensitivities anew, where it leads to a minimum that is `known` or comes as near as `SAME` to its sum of squares,
     comes to rest above `limit`, or where a step after the first promises less than the share `least_promise` of the way
     down to it (0 for starts from far away); that of a scout (`is_scout`), wherever they would be wanted. The result's
@@ -147,8 +148,8 @@ def descend(
         step, promise = _step(residuals, x, errors, jacobian, damping)
         end = Fitted(x, errors, jacobian, False, steps)
 
-        # The ends of a descent. Sensitivities from here alone prove a minimum; the other ends spare the evaluations of
-        # a way that leads to a known minimum, or nowhere below the limit.
+        # The ends of a descent. Sensitivities from close by alone prove a minimum; the other ends spare the evaluations
+        # of a way that leads to a known minimum, or nowhere below the limit.
         if promise < converged and drift < FRESH:
             return end._replace(converged=True)
         if known is not None and known.leads_here(x, errors):

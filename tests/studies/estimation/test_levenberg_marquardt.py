@@ -1,8 +1,11 @@
 """Least squares with few simulations."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
+from apesim.studies.estimation import levenberg_marquardt
 from apesim.studies.estimation.calibration import elsewhere
 from apesim.studies.estimation.levenberg_marquardt import FRESH, SAME, descend
 from apesim.studies.estimation.model import Model
@@ -191,7 +194,7 @@ def test_a_start_in_the_basin_of_a_known_minimum_is_not_followed():
     assert not found.leads_here(np.array([-1.2, 1.0]), again.at(np.array([-1.2, 1.0])))
 
 
-def test_sensitivities_prove_a_minimum_that_is_near_where_they_were_taken():
+def test_sensitivities_prove_a_minimum_that_is_near_where_they_were_taken(monkeypatch):
     """A curve of so small a scale is straight within half a standard deviation; a larger one is not taken on trust."""
 
     class Scaled(Curved):
@@ -206,13 +209,17 @@ def test_sensitivities_prove_a_minimum_that_is_near_where_they_were_taken():
             self.taken.append(np.array(x))
             return super().jacobian(x, residuals, steps)
 
-    for scale in (1.0, 100.0):
+    counts = {}
+    for fresh, scale in product((FRESH, 1e-12), (3.0, 100.0)):
+        monkeypatch.setattr(levenberg_marquardt, "FRESH", fresh)
         residuals = Scaled(scale)
         found = descend(residuals, [0.9, 0.8])
         moved = residuals.at(found.x) - residuals.at(residuals.taken[-1])
         assert found.converged
-        assert np.linalg.norm(moved) < FRESH
+        assert np.linalg.norm(moved) < fresh
         assert found.cost < 0.05
+        counts[fresh, scale] = len(residuals.taken)
+    assert counts == {(FRESH, 3.0): 1, (FRESH, 100.0): 2, (1e-12, 3.0): 2, (1e-12, 100.0): 2}
 
 
 def test_a_scout_takes_no_sensitivities_of_its_own():
