@@ -1,6 +1,7 @@
 """A tolerance in the unit of a channel: how far the model may be off, so that one that is not exact can be named."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,10 @@ import pytest
 from apesim import InputError, Machine
 from apesim.studies.estimation.noise.discrepancy import state_discrepancy
 from apesim.studies.estimation.noise.process import Noise, Whitening, list_slow_columns, white
+from apesim.studies.gap import workflow
+from apesim.studies.gap.decide.facts import Facts
 from apesim.studies.gap.decide.left import find_left, is_good_enough
+from apesim.studies.gap.decide.verdict import decide
 from apesim.studies.gap.example_bench import explain_example, list_left_out, read_example
 from apesim.studies.gap.report.discrepancy import describe_discrepancy, describe_left
 from apesim.studies.gap.report.effect_rows import describe_effects
@@ -99,6 +103,29 @@ def test_a_model_is_good_enough_that_leaves_less_of_every_channel():
         return is_good_enough(explanation.best._replace(residuals=explanation.best.residuals.with_noise(noise)))
 
     assert [is_within(lift=1.01 * size), is_within(lift=0.99 * size), is_within()] == [True, False, False]
+
+
+def test_a_model_that_is_good_enough_is_not_refused_for_a_table(monkeypatch):
+    """A table takes of what is left, too, which such a model may leave."""
+    explanation = explain_example()
+    size = find_left(explanation.best)["lift"]
+    table = SimpleNamespace(balance="force")
+    monkeypatch.setattr(workflow, "find_likelier_table", lambda *_: table)
+
+    def refuse(stated):
+        noise = state_discrepancy(explanation.noise, {"lift": stated})
+        best = explanation.best._replace(residuals=explanation.best.residuals.with_noise(noise))
+        facts = Facts(
+            explanation.calibrated,
+            0.0,
+            choices=(explanation.decision.best._replace(model=best),),
+            size=explanation.gap_size,
+            judged=explanation.judged,
+        )
+        assert decide(facts).verdict == "NAMED"
+        return workflow._find_likelier_balance(facts, None, 4)
+
+    assert (refuse(1.01 * size), refuse(0.99 * size)) == (None, "force")
 
 
 def test_what_is_smaller_than_the_model_may_be_off_is_not_named():

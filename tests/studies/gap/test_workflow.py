@@ -10,13 +10,16 @@ from apesim.quantities.settings import load
 from apesim.studies.estimation.parameters import DECLARED, shown, value_of
 from apesim.studies.execution import pool
 from apesim.studies.gap import workflow
+from apesim.studies.gap.decide.facts import Facts
 from apesim.studies.gap.decide.verdict import decide
+from apesim.studies.gap.example_bench import explain_example, find_example_gap
 from apesim.studies.gap.report.effect_rows import describe_effects
 from apesim.studies.gap.report.likely_cause import describe_cause
 from apesim.studies.gap.report.verdict_json import write_sentence
 from apesim.studies.gap.search.candidate_fits import fit_candidates
 from apesim.studies.gap.search.candidates import Candidate
 from apesim.studies.gap.search.model_selection import Foreseen
+from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import Measured, MeasuredRun, read_measured
 from apesim.studies.measured.prediction import predict, run_of, with_value
@@ -51,6 +54,19 @@ def test_what_is_foreseen_of_sets_that_were_not_fitted_reaches_the_verdict_and_t
     monkeypatch.setattr(workflow, "decide", lambda facts: seen.append(facts.foreseen) or decide(facts))
     found = explained(measure(Bench(dry_friction=3.0, breakaway=3.0)), without=BUT_RIVALS)
     assert found.foreseen == seen[-1] == (rival,)
+
+
+def test_where_gates_change_the_order_what_is_foreseen_is_counted_from_their_best(monkeypatch):
+    explanation, gap = explain_example(), find_example_gap()
+    fits = sorted(explanation.fits, key=lambda choice: choice.cost)
+    behind = fits[1].cost - fits[0].cost
+    assert behind > 0.0
+    rivals = tuple(Foreseen((Candidate("bounce", (), ()),), excess) for excess in (behind + 7.0, 0.5 * behind))
+    facts = Facts(gap.calibrated, 0.0, foreseen=rivals)
+    for ranked, expected in ((fits, (behind + 7.0, 0.5 * behind)), (fits[1::-1], (7.0, 0.0))):
+        monkeypatch.setattr(workflow, "judge_held_out", lambda *_, ranked=ranked: (ranked, None))
+        found, _ = workflow._judge_fits(explanation, facts, gap, fits, [], Work())
+        assert [each.excess for each in found.foreseen] == pytest.approx(expected)
 
 
 @among

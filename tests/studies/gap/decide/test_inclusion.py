@@ -175,4 +175,6 @@ def test_where_costs_have_changed_what_was_foreseen_is_counted_from_the_best_of_
     fits = [choice(60.0, "c"), choice(64.0, "a", "b"), choice(70.0, "a")]
     others = [foreseen(3.0, "a", "d"), foreseen(5.0, "b", "d")]
     assert [each.excess for each in count_from_best(others, ["a", "b"], fits)] == [7.0, 9.0]
+    again = [*fits, choice(66.0, "a", "b")]  # the same set, fitted from elsewhere
+    assert [each.excess for each in count_from_best(others, ["a", "b"], again)] == [7.0, 9.0]
     assert list(count_from_best(others, ["a", "b"], fits[:1])) == []

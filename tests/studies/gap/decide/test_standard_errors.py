@@ -129,6 +129,19 @@ def test_one_effect_more_adds_what_a_fit_with_its_prior_would():
     assert not find_variances_between(best, [best], [probe("b", -other, one_sided=True)], LIBRARY).any()
 
 
+def test_an_effect_of_the_wrong_sign_adds_nothing_where_even_none_of_it_would_be_within_reach():
+    """Among few candidates one more is cheap: with its size held at zero it would still count as a model."""
+    nuisance, strength, other = columns()
+    measured = strength - 0.02 * other + np.random.default_rng(7).standard_normal(SAMPLES)
+    best, few = choice(fit(np.column_stack([nuisance, strength]), measured), ("a",), 50.0), 2
+    assert 2.0 * log(few / standard_errors.FURTHER_CHANCE) < AMBIGUOUS_COST
+    both, one = (
+        find_variances_between(best, [best], [probe("b", other, one_sided=is_one)], few) for is_one in (False, True)
+    )
+    assert both[1] > best.model.fitted.covariance[1, 1] / 10.0
+    assert not one.any()
+
+
 def test_intervals_hold_a_strength_more_often_where_an_effect_is_hidden_beside_it():
     nuisance, strength, other = columns()
     rng, held = np.random.default_rng(8), []

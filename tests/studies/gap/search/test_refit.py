@@ -12,7 +12,7 @@ from apesim.studies.gap.search.calibrated_gap import CalibratedGap
 from apesim.studies.gap.search.candidate_fits import fit_candidates
 from apesim.studies.gap.search.candidates import Candidate, Probe
 from apesim.studies.gap.search.model_selection import MAX_SINGLES, MIN_FORESEEN, fit_large, fit_singles
-from apesim.studies.gap.search.refit import probe_large_sizes, refit
+from apesim.studies.gap.search.refit import Start, _place_columns, probe_large_sizes, refit
 from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores, find_sensitivities
 from apesim.studies.gap.stage_work import Work
 
@@ -115,6 +115,22 @@ def test_a_pair_is_never_worse_than_a_single_in_it(candidates):
     found = refit(base, candidates, ((1.0,), (1.0,)), [single])
     assert found.cost <= single.cost
     assert found.own(candidates.index(BENT)) == pytest.approx(single.own(0))
+
+
+def test_sensitivities_of_a_model_within_go_to_the_places_of_its_candidates():
+    base = calibrated()
+    shaped = Candidate("bounce", tuple(Parameter(f"effects.bounce.{j}", 1.0, -5.0, 5.0) for j in range(2)), ())
+    own = base.residuals.with_parameters([NUISANCE, *PLAIN.parameters, *BENT.parameters])
+    x = np.array([0.3, 1.0, 2.5])
+    fitted = descend(own, x)._replace(x=x, residuals=own.at(x), jacobian=own.jacobian(x, own.at(x))[0])
+    whole = own.with_parameters([NUISANCE, *BENT.parameters, *shaped.parameters, *PLAIN.parameters])
+    there = np.array([0.3, 2.5, 0.0, 0.0, 1.0])
+    start = Start(there, Model((PLAIN, BENT), own, fitted), whole.at(there))
+    columns, missing = _place_columns(base, (BENT, shaped, PLAIN), start)
+    known = [0, 1, 4]
+    assert missing == [2, 3]
+    assert columns[:, known] == pytest.approx(whole.jacobian(there, start.errors)[0][:, known], rel=1e-6)
+    assert len({*map(tuple, columns[:, known].T)}) == len(known)
 
 
 def test_a_model_that_never_comes_to_its_end_is_what_it_adds_to():
