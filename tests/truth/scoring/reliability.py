@@ -128,13 +128,24 @@ def gather(cases):
     Returns
     -------
     Statements
+
+    Raises
+    ------
+    SystemExit
+        Nothing counts, or a verdict is of a release whose statements do not say what they rest on.
     """
+    said = [(number, *each) for number, case in enumerate(cases) for each in statements_of(case)]
+    for number, one, _ in said:
+        if absent := [name for name in ("bench", "is_counted", *FEATURES) if name not in one]:
+            seed = cases[number].answer["seed"]
+            raise SystemExit(f"seed {seed}: its verdict is of another release, a statement has no {', '.join(absent)}")
     rows = [
         (number, one["kind"], one["bench"], [float(one[name]) for name in FEATURES], right)
-        for number, case in enumerate(cases)
-        for one, right in statements_of(case)
+        for number, one, right in said
         if one["is_counted"]
     ]
+    if not rows:
+        raise SystemExit("no statement of these cases counts: a probability needs statements")
     return Statements(*(np.array(column) for column in zip(*rows, strict=True)))
 
 

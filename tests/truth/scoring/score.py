@@ -294,14 +294,14 @@ class Scored(NamedTuple):
     def held(self, wanted):
         """Whether each interval of a wanted parameter of what is rightly named holds the truth."""
         found = []
-        for one, value in self.match(self.rightly_named, wanted):
+        for one, value in self.match(self.right_rows, wanted):
             low, high = one["interval_95"]
             rounding = ROUNDING * max(abs(low), abs(high))
             found.append(low - rounding <= value <= high + rounding)
         return found
 
     @property
-    def rightly_named(self):
+    def right_rows(self):
         """Rows of the parameters of what is rightly named."""
         physics = self.physics
         return physics.verdict["effects"] if physics.said in NAMES and physics.right else ()
@@ -309,7 +309,7 @@ class Scored(NamedTuple):
     @property
     def strengths(self):
         """Rows of strengths of what is rightly named, or is rightly sure, that have intervals, each with the truth."""
-        rows = (*self.rightly_named, *self.physics.verdict.get("sure", ()))
+        rows = (*self.right_rows, *self.physics.verdict.get("sure", ()))
         return list(self.match(rows, lambda true, parameter: parameter == true["parameter"]))
 
     def match(self, rows, wanted):

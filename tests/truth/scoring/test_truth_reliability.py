@@ -140,6 +140,15 @@ def test_what_no_sealed_case_tells_of_is_not_gathered():
     assert [*gathered.features[0]] == [2.0, 0.0, 1.0, 0.0]
 
 
+def test_what_cannot_be_counted_is_told_with_what_is_absent():
+    older = statement("name", ["bounce"])
+    del older["pull"], older["is_counted"]
+    with pytest.raises(SystemExit, match=r"seed 8: .* no is_counted, pull"):
+        gather([case(7, True, ["bounce"], [statement("name", ["bounce"])]), case(8, True, ["bounce"], [older])])
+    with pytest.raises(SystemExit, match="no statement"):
+        gather([case(7, True, ["bounce"], [statement("name", ["bounce"]) | {"is_counted": False}])])
+
+
 def test_what_is_written_has_each_kind_and_bench_and_a_table_beside_it():
     many = [case(seed, seed % 3 > 0, [], [statement("no gap", [], seed % 4)]) for seed in range(30)]
     told, table = calibrate([*many, case(100, True, ["bounce"], [statement("name", ["bounce"])])])

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from tests.truth.scoring.score import Scored
-from tests.truth.scoring.widening import HALF, bootstrap_factor, find_factor, find_pull, list_missed, list_rows, row_of
+from tests.truth.scoring.widening import (
+    HALF,
+    bootstrap_factor,
+    find_distance,
+    find_factor,
+    list_missed,
+    list_rows,
+    row_of,
+)
 from tests.truth.sealed.schedule import SINGLE
 
 TRUE = 3.0
@@ -31,19 +39,19 @@ def case(verdict="NAMED", effects=(), sure=()):
 
 def test_a_pull_counts_standard_deviations_of_the_side_where_the_truth_is():
     wide_above = row(2.0, 1.0) | {"interval_95": [1.5, 2.0 + HALF]}
-    assert find_pull(wide_above, 3.0) == pytest.approx(1.0)
-    assert find_pull(wide_above, 1.5) == pytest.approx(-HALF)
-    assert find_pull(row(2.0, 0.1, ["high"]), 9.0) == 0.0
-    assert find_pull(row(2.0, 0.1, ["high"]), 1.9) == pytest.approx(-HALF)
-    assert find_pull(row(2.0, 0.0), 2.0) == 0.0
-    assert find_pull(row(2.0, 0.0), 2.1) == np.inf
+    assert find_distance(wide_above, 3.0) == pytest.approx(1.0)
+    assert find_distance(wide_above, 1.5) == pytest.approx(-HALF)
+    assert find_distance(row(2.0, 0.1, ["high"]), 9.0) == 0.0
+    assert find_distance(row(2.0, 0.1, ["high"]), 1.9) == pytest.approx(-HALF)
+    assert find_distance(row(2.0, 0.0), 2.0) == 0.0
+    assert find_distance(row(2.0, 0.0), 2.1) == np.inf
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.6])
 def test_errors_that_are_larger_than_is_said_give_their_factor(factor):
-    pulls = factor * np.random.default_rng(5).standard_normal(20000)
-    assert find_factor(pulls) == pytest.approx(factor, rel=0.03)
-    low, high = bootstrap_factor(pulls[:200].reshape(100, 2).tolist())
+    distances = factor * np.random.default_rng(5).standard_normal(20000)
+    assert find_factor(distances) == pytest.approx(factor, rel=0.03)
+    low, high = bootstrap_factor(distances[:200].reshape(100, 2).tolist())
     assert low < factor < high
     assert 0.1 < (high - low) / factor < 0.6
 

@@ -25,7 +25,7 @@ HEADS = (
 HEADS_OF_MISSED = "seed", "strength", "verdict", "hidden", "standard deviations off"
 
 
-def find_pull(row, true):
+def find_distance(row, true):
     """How far a strength is off, in the standard deviations that its interval has on the side of the truth.
 
     Parameters
@@ -50,14 +50,14 @@ def find_pull(row, true):
     return HALF * away / half if half else float(np.copysign(np.inf, away))
 
 
-def find_factor(pulls):
+def find_factor(distances):
     """The factor of all intervals by which they hold the share `LEVEL` of the truths.
 
     Parameters
     ----------
-    pulls : sequence of float
+    distances : sequence of float
     """
-    return float(np.quantile(np.abs(pulls), LEVEL, method="inverted_cdf")) / HALF
+    return float(np.quantile(np.abs(distances), LEVEL, method="inverted_cdf")) / HALF
 
 
 def bootstrap_factor(by_case, seed=1):
@@ -66,7 +66,7 @@ def bootstrap_factor(by_case, seed=1):
     Parameters
     ----------
     by_case : sequence of sequences of float
-        Pulls of each case, of which those of one case are drawn together, as an error may be common to them.
+        Distances of each case, of which those of one case are drawn together, as an error may be common to them.
     seed : int
 
     Returns
@@ -89,11 +89,11 @@ def list_missed(scored):
     ----------
     scored : sequence of truth.scoring.score.Scored
     """
-    pulls = [(one, row, find_pull(row, true)) for one in scored for row, true in one.strengths]
-    missed = sorted((each for each in pulls if abs(each[2]) > HALF), key=lambda each: -abs(each[2]))
+    distances = [(one, row, find_distance(row, true)) for one in scored for row, true in one.strengths]
+    missed = sorted((each for each in distances if abs(each[2]) > HALF), key=lambda each: -abs(each[2]))
     return [
-        [one.answer["seed"], row["name"], one.said, " and ".join(one.hidden), f"{pull:.2f}"]
-        for one, row, pull in missed
+        [one.answer["seed"], row["name"], one.said, " and ".join(one.hidden), f"{distance:.2f}"]
+        for one, row, distance in missed
     ]
 
 
@@ -113,11 +113,11 @@ def row_of(scored):
     ----------
     scored : sequence of truth.scoring.score.Scored
     """
-    by_case = [[find_pull(*strength) for strength in one.strengths] for one in scored]
-    by_case = [pulls for pulls in by_case if pulls]
-    pulls = [pull for pulls in by_case for pull in pulls]
-    cells = [len(pulls), len(by_case), *rate(sum(abs(pull) <= HALF for pull in pulls), len(pulls))]
-    if not pulls:
+    by_case = [[find_distance(*strength) for strength in one.strengths] for one in scored]
+    by_case = [distances for distances in by_case if distances]
+    distances = [distance for distances in by_case for distance in distances]
+    cells = [len(distances), len(by_case), *rate(sum(abs(distance) <= HALF for distance in distances), len(distances))]
+    if not distances:
         return [*cells, "–", "–"]
     low, high = bootstrap_factor(by_case)
-    return [*cells, f"{find_factor(pulls):.2f}", f"{low:.2f} – {high:.2f}"]
+    return [*cells, f"{find_factor(distances):.2f}", f"{low:.2f} – {high:.2f}"]
