@@ -114,7 +114,7 @@ def _restarted(residuals: WhitenedResiduals, fitted: Fitted) -> Model:
 
 
 def _scout(residuals: WhitenedResiduals, x: np.ndarray, base: Fitted) -> tuple[Fitted, int]:
-    """Where a descent from x comes without sensitivities of its own, and how many simulations it takes."""
+    """Point to which a descent from x comes without sensitivities of its own, and how many simulations it takes."""
     own = residuals.with_parameters(residuals.parameters)
     return descend(own, x, base.jacobian, base.steps, known=base, is_scout=True), own.simulations
 

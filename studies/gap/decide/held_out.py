@@ -264,11 +264,11 @@ def _judge_without(base: Model, model: Model, point: MeasuredRun) -> list[HeldOu
     held_out_runs = [run for run in runs if is_at(run, point)]
     starts = starts_at(base.residuals.machine, fitted_runs, base.residuals.parameters, base.fitted.x)
     for whole in (base, model):
-        residuals, before = whole.residuals.with_runs(fitted_runs, starts), whole.fitted
+        residuals, known = whole.residuals.with_runs(fitted_runs, starts), whole.fitted
         rows = [own for run, own in zip(runs, whole.residuals.run_slices(), strict=True) if not is_at(run, point)]
-        pulls = slice(len(before.data_residuals), None)
-        jacobian = np.vstack([before.jacobian[own] for own in (*rows, pulls)])
-        fitted = descend(residuals, before.x, jacobian, before.steps, is_exact=before.converged)
+        pulls = slice(len(known.data_residuals), None)
+        jacobian = np.vstack([known.jacobian[own] for own in (*rows, pulls)])
+        fitted = descend(residuals, known.x, jacobian, known.steps, is_exact=known.converged)
         again.append(Model(whole.candidates, residuals, fitted))
     baseline = find_baseline(*again)
     wanted = again if baseline is again[0] else [*again, baseline]
@@ -305,20 +305,19 @@ def judge_held_out(
         return choices, None if is_of_file else leave_one_out(calibrated, choices[0].model, work)
     single = next((choice for choice in choices if len(choice.names) == 1), None)
     near = [c for c in choices if c is single or c.cost - choices[0].cost < 4.0 * AMBIGUOUS_COST]
-    before, *after = find_all_held_out_residuals(calibrated, [calibrated, *(c.model for c in near)], runs, noise, work)
-    judged = {c.names: residuals for c, residuals in zip(near, after, strict=True)}
+    before, *others = find_all_held_out_residuals(calibrated, [calibrated, *(c.model for c in near)], runs, noise, work)
+    judged = {c.names: residuals for c, residuals in zip(near, others, strict=True)}
     near = [PricedModel(c.model, c.cost + judged[c.names].misfit - before.misfit) for c in near]
     choices = sorted(near, key=lambda choice: choice.cost)
     best = choices[0]
 
     # What the best one is held against.
-    baseline, after, others = find_baseline(calibrated, best.model), judged[best.names], []
-    against = before
+    baseline, against, after = find_baseline(calibrated, best.model), before, judged[best.names]
     if baseline is not calibrated:
         (against,) = find_all_held_out_residuals(calibrated, [baseline], runs, noise, work)
 
     # Gate runs that hardly show the explanation cannot judge it alone: they are one part among the operating points.
-    shown = np.linalg.norm(after.window_means - against.window_means)
+    shown, parts = np.linalg.norm(after.window_means - against.window_means), [[before, after, against]]
     if shown < MIN_SHOWN and not any(candidate.file for candidate in best.model.candidates):
-        others = _leave_each_out(calibrated, best.model, work)
-    return choices, _compare_with_baseline([(before, after, against), *others])
+        parts += _leave_each_out(calibrated, best.model, work)
+    return choices, _compare_with_baseline(parts)
