@@ -195,16 +195,16 @@ def find_doubt(
     >>> pair = next(choice for choice in explanation.fits if len(choice.names) == 2)
     >>> choices = [pair._replace(cost=0.0), PricedModel(explanation.best, 10.0)]
     >>> find_doubt(explanation.calibrated, choices[0], choices).name
-    'SECOND_IS_FAINT'
+    'ONE_IS_FAINT'
     """
     effects = set(best.names)
     for each in find_inclusions(base, choices, foreseen):
         if not set(each.names) & effects:
             continue
         if each.log_odds < MIN_LOG_ODDS:
-            return ReasonKind.SECOND_IS_FAINT if len(effects) > 1 else ReasonKind.EFFECT_IS_FAINT
+            return ReasonKind.ONE_IS_FAINT if len(effects) > 1 else ReasonKind.EFFECT_IS_FAINT
         if len(each.names) > 1 and find_log_odds(base, choices, each.names[:1], foreseen) < log(MIN_TWIN_ODDS):
-            return ReasonKind.SEVERAL_PAIRS
+            return ReasonKind.SEVERAL_SETS
     return None
 
 

@@ -179,7 +179,7 @@ TABLE: tuple[Row, ...] = (
     Row("one effect", lambda f: f.is_single, Verdict.NAMED, ReasonKind.DISTINGUISHABLE),
     # Several effects, or wrong numbers of the machine file beside them: their rivals have to differ by one effect that
     # looks alike, and each has to be sure.
-    Row("several sets", lambda f: f.is_tied, Verdict.AMBIGUOUS, ReasonKind.SEVERAL_PAIRS),
+    Row("several sets", lambda f: f.is_tied, Verdict.AMBIGUOUS, ReasonKind.SEVERAL_SETS),
     Row("doubtful set", lambda f: f.doubt, Verdict.AMBIGUOUS, _tell_doubt, _name_best_and_smaller),
     Row("numbers alone", lambda f: not f.missing, Verdict.CALIBRATION, ReasonKind.DISTINGUISHABLE),
     Row("effect and numbers", lambda f: f.missing == 1, Verdict.NAMED, ReasonKind.DISTINGUISHABLE),

@@ -181,12 +181,12 @@ CASES = [
     (
         "several sets",
         facts_of(PAIR, choice(105.0, "c", "d", gap=SHAPE)),
-        ("AMBIGUOUS", "several pairs are as good", ("a", "b"), [("c", "d")]),
+        ("AMBIGUOUS", "several sets of effects are as good", ("a", "b"), [("c", "d")]),
     ),
     (
         "doubtful set",
         facts_of(PAIR, B),
-        ("AMBIGUOUS", "the second effect hardly earns its place", ("a", "b"), [("b",)]),
+        ("AMBIGUOUS", "one of the effects hardly earns its place", ("a", "b"), [("b",)]),
     ),
     (
         "numbers alone",
@@ -315,7 +315,7 @@ def test_sets_that_were_not_fitted_make_an_effect_less_sure():
     others = tuple(Candidate(name, (), ()) for name in "ac")
     said = [decision_of(pair, foreseen=(Foreseen(others, excess),)) for excess in (sure + 1.0, sure - 1.0)]
     assert [str(each.verdict) for each in said] == ["TWO_EFFECTS", "AMBIGUOUS"]
-    assert said[1].reason.kind is ReasonKind.SECOND_IS_FAINT
+    assert said[1].reason.kind is ReasonKind.ONE_IS_FAINT
     tied = (pair, choice(101.0, "a", "d", gap=OTHER))
     both = (decision_of(*tied), decision_of(*tied, foreseen=(Foreseen(others[1:], 5.0),)))
     assert [each.sure for each in both] == [(("a",),), ()]

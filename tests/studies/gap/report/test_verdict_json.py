@@ -181,7 +181,7 @@ def test_what_data_do_not_distinguish_from_what_is_sure_stands_beside_it_and_not
 
 def test_where_all_is_sure_but_which_of_a_class_the_reason_says_what_is_open():
     pair, twin = with_effects(FORCE, DRAG), with_effects(DRAG, ("leakage_a", 0.1))
-    reason, sure = ReasonKind.SEVERAL_PAIRS, (("side_force", "leakage_a"), ("quadratic_drag",))
+    reason, sure = ReasonKind.SEVERAL_SETS, (("side_force", "leakage_a"), ("quadratic_drag",))
     text = said(Verdict.AMBIGUOUS, pair, twin, reason=reason, sure=sure)
     assert text.count("quadratic drag") == text.count("side force (") == text.count("leakage a") == 1
     assert str(reason.with_facts()) in text
