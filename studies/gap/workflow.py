@@ -12,6 +12,7 @@ from os import PathLike
 
 from apesim.engine.machine import Machine
 from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.residuals import unless_ended
 from apesim.studies.estimation.scatter import Scatter, list_odd_repeats
 from apesim.studies.execution.calls import public
 from apesim.studies.execution.pool import Team
@@ -21,6 +22,7 @@ from apesim.studies.gap.decide.held_out import (
     HeldOut,
     compare_residuals,
     find_all_held_out_residuals,
+    find_baseline,
     judge_by_runs,
     judge_held_out,
     leave_one_out,
@@ -226,9 +228,16 @@ def _judge_fits(
 
 
 def _localise_explained(gap: CalibratedGap, model: Model) -> list[Cell]:
-    """The shares of signals and phases in the part of the gap that a model takes away."""
-    explained = find_explained_gap(gap.calibrated, model)
-    return localise(gap.calibrated.residuals, gap.marks, explained, holds_noise=False)
+    """The shares of signals and phases in the part of the gap that a model takes away.
+
+    The gap is counted from what the model is held against: a calibration that has pulled a number far leaves little of
+    what is missing, though the number has only taken it up.
+    """
+    base, baseline = gap.calibrated, find_baseline(gap.calibrated, model)
+    before = None if baseline is base else unless_ended(base.residuals.at, baseline.fitted.x)
+    if before is not None:
+        base = base._replace(fitted=baseline.fitted._replace(residuals=before))
+    return localise(gap.calibrated.residuals, gap.marks, find_explained_gap(base, model), holds_noise=False)
 
 
 def _find_likelier_balance(facts: Facts, tables: Tables, library_size: int) -> str | None:

@@ -10,7 +10,7 @@ from apesim.quantities.settings import load
 from apesim.studies.estimation.parameters import DECLARED, shown, value_of
 from apesim.studies.execution import pool
 from apesim.studies.gap import workflow
-from apesim.studies.gap.decide.facts import Facts
+from apesim.studies.gap.decide.facts import Facts, find_explained_gap
 from apesim.studies.gap.decide.verdict import decide
 from apesim.studies.gap.example_bench import explain_example, find_example_gap
 from apesim.studies.gap.report.effect_rows import describe_effects
@@ -18,6 +18,7 @@ from apesim.studies.gap.report.likely_cause import describe_cause
 from apesim.studies.gap.report.verdict_json import write_sentence
 from apesim.studies.gap.search.candidate_fits import fit_candidates
 from apesim.studies.gap.search.candidates import Candidate
+from apesim.studies.gap.search.localisation import localise
 from apesim.studies.gap.search.model_selection import Foreseen
 from apesim.studies.gap.stage_work import Work
 from apesim.studies.gap.workflow import explain
@@ -170,3 +171,17 @@ def test_what_is_found_does_not_depend_on_how_many_processes_share_the_work(meas
     assert alone.tabulated
     assert shared.to_dict() | {"wall_time_s": 0.0} == alone.to_dict() | {"wall_time_s": 0.0}
     assert shared.simulations == alone.simulations
+
+
+def test_a_gap_that_the_calibration_has_taken_up_is_counted_from_the_numbers_of_the_explanation():
+    """The side force of the example pulls the ratio of heat capacities far, which leaves little of the gap."""
+    explanation = explain_example()
+    assert explanation.calibrated.corrected
+    assert not explanation.best.corrected
+    residuals, old = explanation.calibrated.residuals, len(explanation.calibrated.fitted.x)
+    without = residuals.at(explanation.best.fitted.x[:old])
+    taken = without[: len(explanation.best.fitted.data_residuals)] - explanation.best.fitted.data_residuals
+    largest = max(cell.size for cell in localise(residuals, find_example_gap().marks, taken, holds_noise=False))
+    assert explanation.gap_size == pytest.approx(largest)
+    left = find_explained_gap(explanation.calibrated, explanation.best)
+    assert np.linalg.norm(taken) > 1.5 * np.linalg.norm(left)
