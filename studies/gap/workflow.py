@@ -219,7 +219,7 @@ def _judge_fits(
     # The gap is what the best model takes of the residuals; where none earns its place, they are all there is.
     if not facts.has_no_gain:
         best = facts.best.model
-        cells = _localise_explained(gap, best)
+        cells = _localise_explained(gap, best, _find_start_of_gap(facts))
         facts = replace(facts, left_chance=1.0 if is_good_enough(best) else compare_model_with_noise(best, gap).p_value)
     if ranked:
         best = ranked[0].model
@@ -227,17 +227,26 @@ def _judge_fits(
     return replace(facts, size=max(cell.size for cell in cells)), cells
 
 
-def _localise_explained(gap: CalibratedGap, model: Model) -> list[Cell]:
+def _localise_explained(gap: CalibratedGap, model: Model, base: Model | None = None) -> list[Cell]:
     """The shares of signals and phases in the part of the gap that a model takes away.
 
-    The gap is counted from what the model is held against: a calibration that has pulled a number far leaves little of
-    what is missing, though the number has only taken it up.
+    The gap is counted from `base`; None: from the calibrated machine.
     """
-    base, baseline = gap.calibrated, find_baseline(gap.calibrated, model)
-    before = None if baseline is base else unless_ended(base.residuals.at, baseline.fitted.x)
-    if before is not None:
-        base = base._replace(fitted=baseline.fitted._replace(residuals=before))
-    return localise(gap.calibrated.residuals, gap.marks, find_explained_gap(base, model), holds_noise=False)
+    explained = find_explained_gap(base or gap.calibrated, model)
+    return localise(gap.calibrated.residuals, gap.marks, explained, holds_noise=False)
+
+
+def _find_start_of_gap(facts: Facts) -> Model:
+    """The machine without effects from which the gap is counted, see `find_baseline`.
+
+    A calibration that has pulled a number far leaves little of what is missing, where the best choice is clearly better
+    without: the number has only taken it up.
+    """
+    baseline = facts.base if facts.is_faint else find_baseline(facts.base, facts.best.model)
+    before = None if baseline is facts.base else unless_ended(facts.base.residuals.at, baseline.fitted.x)
+    if before is None:
+        return facts.base
+    return baseline._replace(fitted=baseline.fitted._replace(residuals=before))
 
 
 def _find_likelier_balance(facts: Facts, tables: Tables, library_size: int) -> str | None:

@@ -63,6 +63,7 @@ def test_the_errors_are_those_of_the_operating_points_and_of_the_models_between(
     assert len(groups) == 2
     factors = compare_groups(model.fitted.jacobian, model.fitted.residuals, groups).factors
     own = np.diag(model.fitted.covariance) * factors
+    monkeypatch.setattr(standard_errors, "WIDENING", 1.0)
     assert find_standard_errors(model._replace(between=None)) == pytest.approx(np.sqrt(own))
     between = 3.0 * own
     assert find_standard_errors(model._replace(between=between)) == pytest.approx(2.0 * np.sqrt(own))
@@ -70,7 +71,8 @@ def test_the_errors_are_those_of_the_operating_points_and_of_the_models_between(
     assert find_standard_errors(model._replace(between=between)) == pytest.approx(3.0 * np.sqrt(own))
 
 
-def test_intervals_of_effects_are_those_of_the_errors():
+def test_intervals_of_effects_are_those_of_the_errors(monkeypatch):
+    monkeypatch.setattr(standard_errors, "WIDENING", 1.0)
     model = explain_example().best
     assert model.between is not None
     (row,) = describe_effects(model)
@@ -81,7 +83,8 @@ def test_intervals_of_effects_are_those_of_the_errors():
     assert high / low == pytest.approx(np.sqrt((4.0 * whole - model.between[-1]) / whole))
 
 
-def test_one_operating_point_tells_nothing_beside_the_curvature():
+def test_one_operating_point_tells_nothing_beside_the_curvature(monkeypatch):
+    monkeypatch.setattr(standard_errors, "WIDENING", 1.0)
     model = explain_example().best
     runs = [run._replace(supply=model.residuals.runs[0].supply) for run in model.residuals.runs]
     alike = model._replace(residuals=model.residuals.with_runs(runs), between=None)

@@ -92,7 +92,8 @@ def test_the_interval_of_a_friction_counts_that_some_of_it_may_be_breakaway():
     assert low < 6.0 < high
 
 
-def test_what_an_error_is_above_the_curvature_comes_to_an_interval_by_profiles_in_quadrature():
+def test_what_an_error_is_above_the_curvature_comes_to_an_interval_by_profiles_in_quadrature(monkeypatch):
+    monkeypatch.setattr("apesim.studies.gap.report.effect_rows.WIDENING", 1.0)
     _, found = friction(8, 6.0, 20.0)
     force = len(found.fitted.x) - 2
     own = float(np.sqrt(found.fitted.covariance[force, force]))
