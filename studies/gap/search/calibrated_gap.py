@@ -61,15 +61,17 @@ def find_gap(
     """Calibrate a machine to measured data, and test whether it leaves more than noise; give the gap and warnings.
 
     The number returned with them is the simulator's own error over the noise of a sample. Where there is more than
-    noise, further starts are tried and the deepest minimum is taken. `faults` are those that single files may have,
-    `scatter` is what more repeats than these have told of runs. Raises EndedEarly where the machine itself cannot be
-    simulated.
+    noise, a number is pulled far, or the fit has not converged, further starts are tried and the deepest minimum is
+    taken. `faults` are those that single files may have, `scatter` is what more repeats than these have told of runs.
+    Raises EndedEarly where the machine itself cannot be simulated.
     """
     work.tell("calibrating", 0, 1)
     calibrated, warnings = calibrate(machine, measured, work.simulations, scatter)
     scored = score_candidates(calibrated, candidates, work, faults)
     gap = check_against_noise(*scored)
-    deeper = elsewhere(gap.calibrated, work) if gap.gap_test.alarm else gap.calibrated
+    # A number that is pulled far may have been led astray as well: the noise that is left says nothing of that.
+    is_doubtful = gap.gap_test.alarm or gap.calibrated.pulled or not gap.calibrated.fitted.converged
+    deeper = elsewhere(gap.calibrated, work) if is_doubtful else gap.calibrated
     if deeper is not gap.calibrated:
         gap = check_against_noise(*score_candidates(deeper, candidates, work, faults))
     calibrated = gap.calibrated
