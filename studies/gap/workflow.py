@@ -210,7 +210,8 @@ def _judge_fits(
 ) -> tuple[Facts, list[Cell]]:
     """The facts with the models that were fitted, judged by runs held out, and where the gap lives."""
     ranked, judged = judge_held_out(facts.base, fits, explanation.measured, work)
-    facts, cells = replace(facts, choices=tuple(ranked), judged=judged, odd_before=tuple(odd)), explanation.cells
+    facts = replace(facts, choices=tuple(ranked), judged=judged, odd_before=tuple(odd))
+    cells = counted = explanation.cells
     # What was foreseen is counted from the best choice, which is another one where gates have changed the order.
     if ranked:
         behind = next(choice.cost for choice in fits if choice.names == ranked[0].names) - fits[0].cost
@@ -219,12 +220,13 @@ def _judge_fits(
     # The gap is what the best model takes of the residuals; where none earns its place, they are all there is.
     if not facts.has_no_gain:
         best = facts.best.model
-        cells = _localise_explained(gap, best, _find_start_of_gap(facts))
+        cells = _localise_explained(gap, best)
+        counted = _localise_explained(gap, best, _find_start_of_gap(facts))
         facts = replace(facts, left_chance=1.0 if is_good_enough(best) else compare_model_with_noise(best, gap).p_value)
     if ranked:
         best = ranked[0].model
         facts = replace(facts, odd_after=tuple(find_odd_channels(best.residuals, best.fitted.data_residuals)))
-    return replace(facts, size=max(cell.size for cell in cells)), cells
+    return replace(facts, size=max(cell.size for cell in counted)), cells
 
 
 def _localise_explained(gap: CalibratedGap, model: Model, base: Model | None = None) -> list[Cell]:
