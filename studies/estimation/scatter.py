@@ -17,7 +17,7 @@ from apesim.engine.stated_uncertainties import KNOWN_TO, find_odd_share
 from apesim.quantities import Fault, InputError
 from apesim.studies.estimation.engine_starts import starts_at
 from apesim.studies.estimation.parameters import INSTRUMENTS, Parameter, value_of
-from apesim.studies.estimation.scatter_sizes import find_relief, find_sizes, list_contrasts
+from apesim.studies.estimation.scatter_sizes import find_lone, find_relief, find_sizes, list_contrasts
 from apesim.studies.measured import FIT, GATE, Measured, MeasuredRun
 from apesim.studies.measured.scatter import SCATTER, SCATTERING
 from apesim.studies.measured.sensors import FILE
@@ -84,6 +84,8 @@ class Scatter(NamedTuple):
     """Files of the differences of repeats that the others do not explain, of each the one that differs last."""
     stated: tuple[str, ...] = ()
     """Keys whose sizes the user states."""
+    lone: tuple[str, ...] = ()
+    """Files of the only set of repeats that tells of a scatter, see `find_lone`."""
 
     def scale_slopes(self, parameters: Sequence[Parameter], slopes: np.ndarray) -> np.ndarray:
         """Find what each of the m scattering numbers does to data, (n, m), at its standard deviation.
@@ -238,26 +240,34 @@ def find_scatter(
         if not sizes.any():
             return None
         odd = tuple(contrast.files for contrast in contrasts if not any(contrast is each for each in kept))
-        known = Scatter(keys, tuple(sizes.tolist()), len(kept), {}, odd, tuple(stated))
+        known = Scatter(keys, tuple(sizes.tolist()), len(kept), {}, odd, tuple(stated), find_lone(kept))
     names = {run.data for run in runs.runs}
-    known = known._replace(odd=tuple(files for files in known.odd if names.issuperset(files)))
+    odd = tuple(files for files in known.odd if names.issuperset(files))
+    known = known._replace(odd=odd, lone=known.lone if names.issuperset(known.lone) else ())
     spreads = {key: one for each in (runs, others) if each.runs for key, one in find_spreads(each, x, known).items()}
     return known._replace(spreads=spreads)
 
 
 def warn_of_odd_repeats(scatter: Scatter | None) -> list[str]:
-    """Warnings of repeats that differ by more than the others scatter; none without a scatter.
+    """Warnings of repeats that differ by more than the others scatter, or alone of all; none without a scatter.
 
     >>> warn_of_odd_repeats(Scatter(("supply.pressure",), (0.3,), 4, {}, (("a.csv", "b.csv"),)))
     ['b.csv differs from a.csv by more than the scatter of the other repeats explains: one of them may be wrong']
     >>> warn_of_odd_repeats(None)
     []
     """
-    return [
+    warnings = [
         f"{files[-1]} differs from {' and '.join(files[:-1])} by more than the scatter of the other repeats explains: "
         "one of them may be wrong"
         for files in (scatter.odd if scatter else ())
     ]
+    if scatter and scatter.lone:
+        files = " and ".join(scatter.lone)
+        warnings.append(
+            f"{files} differ by far more than noise, the other repeats by no more than that: it is taken for scatter "
+            "between runs, but one of them may be wrong"
+        )
+    return warnings
 
 
 def list_odd_repeats(scatter: Scatter | None) -> list[str]:

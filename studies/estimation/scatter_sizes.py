@@ -21,6 +21,9 @@ MIN_FALL = 10.0
 in one case of twenty."""
 ODD_CHANCE = 0.05
 """Chance of scatter and noise alone, in one set of repeats, below which the oddest tells nothing of the scatter."""
+FAR, QUIET = 5.0, 2.0
+"""Root mean squares of differences of repeats over noise, beyond which one set is far apart, and below which others are
+no more than noise."""
 USUAL = 0.3
 """Size of a scatter before repeats are seen, in prior standard deviations: what is not known of a number is mostly the
 same in all runs, or it would have been noticed."""
@@ -108,6 +111,25 @@ def find_sizes(contrasts: Sequence[Contrast], stated: np.ndarray | None = None) 
     found = stated.copy()
     found[told] = np.array([_reach(drawn) for drawn in sizes.T[told]]) / norm.ppf(COVER)
     return found, kept
+
+
+def find_lone(contrasts: Sequence[Contrast]) -> tuple[str, ...]:
+    """Find the files of the only set of repeats that is far apart, where two others or more are no more than noise.
+
+    Scatter between runs may do that, and so may one record that is wrong: these data do not tell. () where there is no
+    such set.
+
+    >>> quiet = [Contrast((f"{name}1.csv", f"{name}2.csv"), np.array([0.7, -1.0]), np.eye(2)) for name in "ab"]
+    >>> far = Contrast(("c1.csv", "c2.csv"), np.array([13.0, 1.0]), np.eye(2))
+    >>> find_lone([*quiet, far]), find_lone([*quiet[:1], far]), find_lone([*quiet, far, far._replace(files=("d1.csv",))])
+    (('c1.csv', 'c2.csv'), (), ())
+    """
+    if not contrasts:
+        return ()
+    sizes = [float(np.sqrt(np.mean(each.values**2))) for each in contrasts]
+    lone = contrasts[int(np.argmax(sizes))].files
+    others = [size for size, each in zip(sizes, contrasts, strict=True) if set(each.files).isdisjoint(lone)]
+    return lone if max(sizes) > FAR and len(others) > 1 and max(others) < QUIET else ()
 
 
 def find_relief(values: np.ndarray, shares: np.ndarray) -> float:

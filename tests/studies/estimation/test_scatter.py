@@ -10,7 +10,14 @@ from apesim.quantities.uncertainties import Uncertainty
 from apesim.studies.estimation import scatter as scatters
 from apesim.studies.estimation.calibration import calibrate, uncalibrated
 from apesim.studies.estimation.scatter import Scatter, find_spread, find_spreads, find_stated_scatter, identify
-from apesim.studies.estimation.scatter_sizes import ODD_CHANCE, Contrast, find_relief, find_sizes, list_contrasts
+from apesim.studies.estimation.scatter_sizes import (
+    ODD_CHANCE,
+    Contrast,
+    find_lone,
+    find_relief,
+    find_sizes,
+    list_contrasts,
+)
 from apesim.studies.measured import Measured, MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of, with_value
 
@@ -228,3 +235,25 @@ def test_a_repeat_that_the_others_do_not_explain_is_told():
     model, warnings = calibrate(Machine(), Measured("", {"lift": 1e-5}, tuple(runs), "valve"))
     assert model.residuals.scatter.odd == (("3.csv", "4.csv", "late.csv"),)
     assert [text for text in warnings if text.startswith("late.csv differs from 3.csv and 4.csv")]
+
+
+@pytest.mark.parametrize("size", [0.1, 0.3, 1.0])
+def test_scatter_itself_is_seldom_one_set_of_repeats_that_is_far_apart(size):
+    rng = np.random.default_rng(5)
+    assert np.mean([bool(find_lone(draw(rng, size, 4))) for _ in range(300)]) < 0.05
+
+
+def test_one_set_of_repeats_that_is_far_apart_is_told_though_scatter_may_explain_it():
+    late = {"p040": 0.0, "p050": 0.0, "p060": 4e-5}
+    runs = [
+        lift_of(shift, name)._replace(data=f"{name}_{number}.csv")
+        for name, far in late.items()
+        for number, shift in enumerate((0.0, far))
+    ]
+    model, warnings = calibrate(Machine(), Measured("", {"lift": 1e-5}, tuple(runs), "valve"))
+    assert model.residuals.scatter.lone == ("p060_0.csv", "p060_1.csv")
+    assert [text for text in warnings if text.startswith("p060_0.csv and p060_1.csv differ by far more")]
+    left = calibrate(Machine(), Measured("", {"lift": 1e-5}, tuple(runs[:4]), "valve"), known=model.residuals.scatter)[
+        0
+    ]
+    assert left.residuals.scatter.lone == ()
