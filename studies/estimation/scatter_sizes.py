@@ -121,8 +121,10 @@ def find_lone(contrasts: Sequence[Contrast]) -> tuple[str, ...]:
 
     >>> quiet = [Contrast((f"{name}1.csv", f"{name}2.csv"), np.array([0.7, -1.0]), np.eye(2)) for name in "ab"]
     >>> far = Contrast(("c1.csv", "c2.csv"), np.array([13.0, 1.0]), np.eye(2))
-    >>> find_lone([*quiet, far]), find_lone([*quiet[:1], far]), find_lone([*quiet, far, far._replace(files=("d1.csv",))])
-    (('c1.csv', 'c2.csv'), (), ())
+    >>> find_lone([*quiet, far]), find_lone([*quiet[:1], far])  # of two alone none is the odd one
+    (('c1.csv', 'c2.csv'), ())
+    >>> find_lone([*quiet, far, far._replace(files=("d1.csv", "d2.csv"))])
+    ()
     """
     if not contrasts:
         return ()
