@@ -193,7 +193,7 @@ def _add_search(
     # Where the library is refused, a table takes its place, and the gap lives where that shows it.
     tabulated = tabulate(tables, measured, noise) if decision.verdict == Verdict.REFUSED else None
     if tabulated and not (ranked and ranked[0].model.cost < tabulated.model.cost):
-        cells = _localise_explained(gap, tabulated.model)
+        cells = _localise_explained(gap, tabulated.model, gap.calibrated)
     found = replace(explanation, decision=decision, fits=fits, ranked=ranked, judged=facts.judged, cells=cells)
     found = replace(found, foreseen=facts.foreseen)
     found = replace(found, left_p_value=facts.left_chance, gap_size=facts.size, balances=tables.ranked)
@@ -220,8 +220,9 @@ def _judge_fits(
     # The gap is what the best model takes of the residuals; where none earns its place, they are all there is.
     if not facts.has_no_gain:
         best = facts.best.model
-        cells = _localise_explained(gap, best)
-        counted = _localise_explained(gap, best, _find_start_of_gap(facts))
+        start = _find_start_of_gap(facts)
+        cells = _localise_explained(gap, best, facts.base)
+        counted = cells if start is facts.base else _localise_explained(gap, best, start)
         facts = replace(facts, left_chance=1.0 if is_good_enough(best) else compare_model_with_noise(best, gap).p_value)
     if ranked:
         best = ranked[0].model
@@ -229,12 +230,9 @@ def _judge_fits(
     return replace(facts, size=max(cell.size for cell in counted)), cells
 
 
-def _localise_explained(gap: CalibratedGap, model: Model, base: Model | None = None) -> list[Cell]:
-    """The shares of signals and phases in the part of the gap that a model takes away.
-
-    The gap is counted from `base`; None: from the calibrated machine.
-    """
-    explained = find_explained_gap(base or gap.calibrated, model)
+def _localise_explained(gap: CalibratedGap, model: Model, start: Model) -> list[Cell]:
+    """The shares of signals and phases in the part of the gap that a model takes away, counted from `start`."""
+    explained = find_explained_gap(start, model)
     return localise(gap.calibrated.residuals, gap.marks, explained, holds_noise=False)
 
 
