@@ -13,7 +13,7 @@ import numpy as np
 from apesim.effect import Effect, FedVolume, contact, law
 from apesim.engine.angles import TURN
 from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-from apesim.engine.cycle.state import cylinder_state, supply_of
+from apesim.engine.cycle.state import cylinder_state, instant_at, receiver_state, supply_of
 from apesim.engine.cylinder import TERM_NAMES as ENGINE_TERM_NAMES
 from apesim.engine.effects.outside import OutsideEffect
 from apesim.engine.machine import Machine
@@ -85,9 +85,9 @@ def sample_state(layer: str) -> Any:
     p, _, _ = cycle_of(Machine(), SPEED)
     y, _ = charged_at_rest(p)
     if layer == "engine":
-        cylinder, _ = cylinder_state(p, 0.0, y)
+        cylinder, _ = cylinder_state(p, instant_at(p, 0.0, y), y)
         return cylinder._replace(air=cylinder.air._replace(pressure=3.0 * p.actuator.ambient.pressure))
-    state = state_of(p.actuator, y, supply_of(p, y))
+    state = state_of(p.actuator, y, supply_of(p, y, receiver_state(p, y)))
     return state._replace(position=0.5 * p.actuator.valve.stroke, speed=PISTON_SPEED)
 
 

@@ -22,11 +22,11 @@ from apesim.engine.cycle.state import (
     cylinder_state,
     engine_ledger,
     has_pipe,
+    instant_at,
     intake_state,
     line_gas,
     pipe_gas,
     receiver_gas,
-    receiver_state,
     supply_of,
 )
 from apesim.engine.cylinder import EPV, CylinderState
@@ -162,13 +162,14 @@ def add_exergy_rates(
     With all at rest before the first cycle, nothing is destroyed by friction of the valve's piston:
 
     >>> from apesim.engine.cycle.gas_exchange import effect_terms
-    >>> from apesim.engine.cycle.state import PORTS
+    >>> from apesim.engine.cycle.state import PORTS, instant_at
     >>> from apesim.restriction import NO_FLOW
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), 100.0)
     >>> (y, mode), dy = charged_at_rest(cycle), np.full(SIZE + RATES, np.nan)
-    >>> cylinder, receiver = cylinder_state(cycle, 0.0, y)[0], receiver_state(cycle, y)
+    >>> now = instant_at(cycle, 0.0, y)
+    >>> (cylinder, _), receiver = cylinder_state(cycle, now, y), now.receiver
     >>> flows, terms = (NO_FLOW,) * PORTS, effect_terms(cycle, cylinder)
     >>> add_exergy_rates(cycle, 0.0, y, mode, cylinder, receiver, receiver, flows, terms, dy)
     >>> print(abs(dy[SIZE + VALVE_FRICTION]))
@@ -203,8 +204,8 @@ def add_exergy_rates(
     # The valve. What it draws and destroys at its source counts for the receiver below, where that is the source.
     control, mixing = 0.0, 0.0
     if p.engine.intake == EPV:
-        source = control_air(p, y).before
-        control, mixing = add_valve_rates(p.actuator, t, y, mode, source, supply_of(p, y), r)
+        source = control_air(p, y, receiver).before
+        control, mixing = add_valve_rates(p.actuator, t, y, mode, source, supply_of(p, y, receiver), r)
 
     # From the groove up to the supply: `brought` is what enters at the outermost volume there is, and `back` what air
     # that flows back into the receiver destroys there by mixing.
@@ -272,17 +273,18 @@ def stored_exergy(p: Cycle, t: float, y: np.ndarray) -> float:
     1721 J
     """
     gas, ambient = p.actuator.gas, p.actuator.ambient
-    cylinder, _ = cylinder_state(p, t, y)
-    receiver = receiver_state(p, y)
+    now = instant_at(p, t, y)
+    cylinder, _ = cylinder_state(p, now, y)
+    receiver = now.receiver
     gases = [(cylinder_gas(y), cylinder.air, cylinder.volume)]
     if p.receiver_volume > 0.0:
         gases.append((receiver_gas(y), receiver, p.receiver_volume))
     if has_pipe(p):
         gases.append((pipe_gas(y), intake_state(p, y, receiver), p.pipe.volume))
     if has_line(p.actuator):
-        gases.append((line_gas(y), control_air(p, y).behind, p.actuator.line.volume))
+        gases.append((line_gas(y), control_air(p, y, receiver).behind, p.actuator.line.volume))
     total = sum(exergy_stored(gas, ambient, *content) for content in gases)
-    return total + (valve_stored(p.actuator, y, supply_of(p, y)) if p.engine.intake == EPV else 0.0)
+    return total + (valve_stored(p.actuator, y, supply_of(p, y, receiver)) if p.engine.intake == EPV else 0.0)
 
 
 def exergy_ledger(run: "SteadyRun", friction_work: float) -> dict[str, float]:

@@ -7,8 +7,9 @@ import numpy as np
 
 from apesim.effect import library_for, volume_of
 from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cycle_of, with_exergy
-from apesim.engine.cycle.rates import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
+from apesim.engine.cycle.rates import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM
 from apesim.engine.cycle.state import LINE, PIPE, SIZE, STATES, Cycle, engine_ledger
 from apesim.engine.effects import ENGINE_LIBRARY
 from apesim.engine.exergy import RATES
@@ -49,7 +50,7 @@ class SteadyRun(NamedTuple):
     angles: np.ndarray
     """Crank angles of the trace [rad], (n,)."""
     trace: np.ndarray
-    """Trace with the columns `apesim.engine.cycle.rates.TRACE`, (n, 11)."""
+    """Trace with the columns `apesim.engine.cycle.cylinder_laws.TRACE`, (n, 11)."""
     work_by_quadrature: float
     """Work of the cycle by quadrature of the power over the dense output [J]."""
     exergy_end: np.ndarray

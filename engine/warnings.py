@@ -4,7 +4,7 @@ from enum import IntEnum
 from typing import Any
 
 from apesim.air import HOTTEST
-from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.indicators import valve_travel
 from apesim.engine.machine import Machine

@@ -20,10 +20,10 @@ from apesim.engine.cycle.state import (
     LIFT_SLOPE,
     PORTS,
     Cycle,
+    Instant,
     cylinder_state,
     has_pipe,
     intake_state,
-    receiver_state,
 )
 from apesim.engine.cylinder import (
     BRANCH,
@@ -168,11 +168,10 @@ def airs_at(p: Cycle, cylinder: CylinderState, receiver: GasState, intake: GasSt
 
 
 @kernel
-def airs_from(p: Cycle, t: float, y: np.ndarray) -> tuple[GasState, ...]:
-    """List the states of these airs from a state vector `y` (>= SIZE,), at a time [s] from the start of the cycle."""
-    cylinder, _ = cylinder_state(p, t, y)
-    receiver = receiver_state(p, y)
-    return airs_at(p, cylinder, receiver, intake_state(p, y, receiver))
+def airs_from(p: Cycle, now: Instant, y: np.ndarray) -> tuple[GasState, ...]:
+    """List the states of these airs from a state vector `y` (>= SIZE,)."""
+    cylinder, _ = cylinder_state(p, now, y)
+    return airs_at(p, cylinder, now.receiver, intake_state(p, y, now.receiver))
 
 
 @kernel
@@ -222,7 +221,8 @@ def port_flow(p: Cycle, mode: np.ndarray, ports: tuple[Port, ...], airs: tuple[G
 
     With all ports shut nothing flows:
 
-    >>> port_flow(cycle, mode, ports_at(cycle, 4.0, y, mode), airs_from(cycle, 0.0, y), 1)
+    >>> from apesim.engine.cycle.state import instant_at
+    >>> port_flow(cycle, mode, ports_at(cycle, 4.0, y, mode), airs_from(cycle, instant_at(cycle, 0.0, y), y), 1)
     Flow(mass=0.0, enthalpy=0.0)
     """
     return flow_in(p.actuator.gas, mode[EXCHANGE + i], ports[i].area, sides_of(ports[i], airs))
@@ -258,25 +258,24 @@ def add_flow(flows: np.ndarray, air: int, flow: Flow) -> None:
 
 
 @kernel
-def exchange_events(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndarray, first_event: int) -> None:
+def exchange_events(p: Cycle, now: Instant, y: np.ndarray, mode: np.ndarray, g: np.ndarray, first_event: int) -> None:
     """Write by how much the flow through each port has left its regime into `g` (n,), from `first_event` on.
 
-    Above zero it has left it. `t` is the time from the start of the cycle [s], `y` (>= SIZE,) the state vector, `mode`
-    (MODES,) are the modes.
+    Above zero it has left it. `y` (>= SIZE,) is the state vector, `mode` (MODES,) are the modes.
     """
-    airs, ports = airs_from(p, t, y), ports_at(p, p.start + p.speed * t, y, mode)
+    airs, ports = airs_from(p, now, y), ports_at(p, now.angle, y, mode)
     for i in range(PORTS):
         g[first_event + i] = beyond_regime(p.actuator.gas, mode[EXCHANGE + i], sides_of(ports[i], airs))
 
 
 @kernel
-def change_exchange_regime(p: Cycle, t: float, y: np.ndarray, i: int, mode: np.ndarray) -> None:
+def change_exchange_regime(p: Cycle, now: Instant, y: np.ndarray, i: int, mode: np.ndarray) -> None:
     """Change the flow through port `i` over to the regime that follows, in `mode` (MODES,).
 
-    `t` is the time from the start of the cycle [s], `y` (>= SIZE,) the state vector.
+    `y` (>= SIZE,) is the state vector.
     """
-    port = ports_at(p, p.start + p.speed * t, y, mode)[i]
-    mode[EXCHANGE + i] = next_regime(p.actuator.gas, mode[EXCHANGE + i], sides_of(port, airs_from(p, t, y)))
+    port = ports_at(p, now.angle, y, mode)[i]
+    mode[EXCHANGE + i] = next_regime(p.actuator.gas, mode[EXCHANGE + i], sides_of(port, airs_from(p, now, y)))
 
 
 @kernel
@@ -291,10 +290,10 @@ def start_port_segment(p: Cycle, ports: tuple[Port, ...], airs: tuple[GasState, 
 
 
 @kernel
-def start_groove_segment(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray) -> None:
+def start_groove_segment(p: Cycle, now: Instant, y: np.ndarray, mode: np.ndarray) -> None:
     """Set the regime of the flow through the groove on entering a piece of its table; the other flows keep theirs.
 
-    `t` is the time from the start of the cycle [s], `y` (>= SIZE,) the state vector; `mode` (MODES,) is changed.
+    `y` (>= SIZE,) is the state vector; `mode` (MODES,) is changed.
 
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.machine import Machine
@@ -302,19 +301,21 @@ def start_groove_segment(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray) ->
     >>> y, mode = charged_at_rest(cycle)
     >>> from apesim.restriction import CHOKED
     >>> mode[AREA] = 1e-4
-    >>> start_groove_segment(cycle, 0.0, y, mode)
+    >>> from apesim.engine.cycle.state import instant_at
+    >>> start_groove_segment(cycle, instant_at(cycle, 0.0, y), y, mode)
     >>> print(mode[EXCHANGE + GROOVE] == CHOKED)
     True
     """
-    start_port_segment(p, ports_at(p, p.start + p.speed * t, y, mode), airs_from(p, t, y), GROOVE, mode)
+    start_port_segment(p, ports_at(p, now.angle, y, mode), airs_from(p, now, y), GROOVE, mode)
 
 
 @kernel
-def start_exchange_segment(p: Cycle, t: float, t_end: float, y: np.ndarray, mode: np.ndarray) -> None:
+def start_exchange_segment(p: Cycle, now: Instant, middle: float, y: np.ndarray, mode: np.ndarray) -> None:
     """Set the regimes of the flows of the gas exchange at the start of a smooth segment, in `mode` (MODES,).
 
-    It lasts from `t` to `t_end` [s], from the start of the cycle; `y` (>= SIZE,) is the state vector.
+    `middle` is a crank angle within it [rad], at which a port has an area if it has one in the segment; `y` (>= SIZE,)
+    is the state vector.
     """
-    airs, ports = airs_from(p, t, y), ports_at(p, p.start + p.speed * 0.5 * (t + t_end), y, mode)
+    airs, ports = airs_from(p, now, y), ports_at(p, middle, y, mode)
     for i in range(PORTS):
         start_port_segment(p, ports, airs, i, mode)

@@ -3,56 +3,24 @@
 import numpy as np
 
 from apesim.air import GasContent, heat_capacity
-from apesim.engine.angles import TURN
-from apesim.engine.cam import lift_line
-from apesim.engine.cycle.gas_exchange import (
-    AIRS,
-    CYLINDER_AIR,
-    INTAKE_AIR,
-    OUTSIDE_AIR,
-    RECEIVER_AIR,
-    add_flow,
-    airs_at,
-    change_exchange_regime,
-    effect_terms,
-    exchange_events,
-    intake_lift,
-    port_flows,
-    ports_at,
-    start_exchange_segment,
-    start_groove_segment,
-    update_exchange,
+from apesim.engine.cycle.cylinder_laws import (
+    cylinder_events,
+    cylinder_rates,
+    handle_cylinder_event,
+    observe_cylinder,
+    start_cylinder_segment,
 )
 from apesim.engine.cycle.operating_point import MAX_TURN
 from apesim.engine.cycle.state import (
-    BRANCHES,
-    EXHAUSTS,
-    FEED,
-    GROOVE,
-    INTAKE_OPEN,
-    LIFT,
-    LIFT_SLOPE,
-    PIPE_FEED,
-    PORTS,
-    SIZE,
     Cycle,
     CycleTables,
-    EngineLedger,
-    control_air,
     cylinder_gas,
     cylinder_state,
-    has_pipe,
-    intake_state,
-    line_gas,
-    pipe_gas,
+    instant_at,
     receiver_gas,
     receiver_state,
-    supply_of,
-    update_ledgers,
-    update_states,
 )
-from apesim.engine.cylinder import CAM, EPV, indicated_power
-from apesim.engine.exergy import add_exergy_rates
+from apesim.engine.cylinder import EPV
 from apesim.kernel import kernel
 from apesim.march.hybrid_system import (
     events,
@@ -64,90 +32,17 @@ from apesim.march.hybrid_system import (
     step_share,
     zero_crossings,
 )
-from apesim.restriction import Flow
-from apesim.stack_array import zeros
-from apesim.valve import actuator as valve_actuator
-from apesim.valve.actuator import AT_REST, MAX_STEP, PHASE, PIECE, actuator_rates, state_of
-from apesim.valve.groove import piece_of
-from apesim.valve.ledger import FLOW_ENTRIES, ControlLedger, ledger_flow, valve_states
-from apesim.valve.line import LINE_FLOW, change_line_regime, has_line, line_event, line_feed, start_line_segment
+from apesim.valve.actuator import MAX_STEP, PHASE
+from apesim.valve.ledger import valve_states
 from apesim.valve.motion import (
-    CORNER,
-    actuator_events,
     actuator_zero_crossings,
-    handle_actuator_event,
-    start_actuator_segment,
-    take_piece,
 )
 from apesim.valve.piston import is_moving
 
-AIR_FLOWS = FLOW_ENTRIES * AIRS
-"""Entries of the flows into or out of all airs."""
 MAX_PATH = 0.01
 """Share of the stroke up to which a valve that creeps may move in a longer step than that; chosen."""
-FLOW = LINE_FLOW + 1
-"""First of the events of flows through the ports of the gas exchange into another regime."""
-BRANCHED = FLOW + PORTS
-"""Event of an effect of the cylinder on another branch of its law."""
 PRESSURE_EXTREMUM, RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM = range(3, 6)
 """Zero crossings: extremum of the pressure in the cylinder and in the receiver, and of the cylinder temperature."""
-TRACE = (
-    "cylinder_pressure [Pa abs]",
-    "cylinder_temperature [K]",
-    "lift [m]",
-    "velocity [m/s]",
-    "pressure_a [Pa abs]",
-    "pressure_b [Pa abs]",
-    "groove_flow [kg/s]",
-    "torque [N m]",
-    "receiver_pressure [Pa abs]",
-    "exhaust_flow [kg/s]",
-    "cylinder_volume [m3]",
-)
-"""Columns of a trace, after ``crank_angle [deg]``; the velocity is that of the lift, torque is indicated."""
-
-
-@kernel
-def is_above_zero(gas: GasContent) -> bool:
-    """Check that mass and internal energy of a gas are above zero."""
-    return gas.mass > 0.0 and gas.energy > 0.0
-
-
-@kernel
-def in_domain(p: Cycle, y: np.ndarray) -> bool:
-    """Check that masses and energies outside the valve are above zero, in the state vector `y` (>= SIZE,)."""
-    if p.receiver_volume > 0.0 and not is_above_zero(receiver_gas(y)):
-        return False
-    if has_pipe(p) and not is_above_zero(pipe_gas(y)):
-        return False
-    if has_line(p.actuator) and not is_above_zero(line_gas(y)):
-        return False
-    return is_above_zero(cylinder_gas(y))
-
-
-@kernel
-def effect_branches(p: Cycle, t: float, y: np.ndarray) -> float:
-    """Find on which branches of their laws the effects of the cylinder are, see `apesim.effect.note_branch`.
-
-    It is 0 without effects. `t` is the time from the start of the cycle [s], `y` (>= SIZE,) the state vector.
-    """
-    if len(p.effects) > 0:
-        cylinder, _ = cylinder_state(p, t, y)
-        return effect_terms(p, cylinder).branches
-    return 0.0
-
-
-@kernel
-def net_flow(entering: np.ndarray, leaving: np.ndarray, air: int) -> Flow:
-    """Net flow into an air, from what enters and what leaves each air (FLOW_ENTRIES * AIRS,)."""
-    first = FLOW_ENTRIES * air
-    return Flow(entering[first] - leaving[first], entering[first + 1] - leaving[first + 1])
-
-
-@kernel
-def gas_rates(is_there: bool, net: Flow) -> GasContent:
-    """Rates of the gas of a volume without work, from the net flow into it; 0 where the machine has no such volume."""
-    return GasContent(net.mass, net.enthalpy) if is_there else GasContent(0.0, 0.0)
 
 
 @rates.for_type(Cycle)
@@ -198,71 +93,7 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
     >>> print(mass_rate, energy_rate == -cycle_power(cycle, 0.0, y))
     0.0 True
     """
-    if not in_domain(p, y):
-        return False
-
-    # The air of every volume, then the flows between them.
-    cylinder, slope = cylinder_state(p, t, y)
-    receiver = receiver_state(p, y)
-    intake = intake_state(p, y, receiver)
-    ports, airs = ports_at(p, cylinder.angle, y, mode), airs_at(p, cylinder, receiver, intake)
-    flows = port_flows(p, mode, ports, airs)
-
-    # The valve, with its own domain; a cam or an ideal valve leaves its states where they are.
-    valve = AT_REST
-    if p.engine.intake == EPV:
-        if not valve_actuator.in_domain(p.actuator, y):
-            return False
-        valve = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
-    line = line_feed(p.actuator, mode, control_air(p, y), valve)
-
-    # Effects of the cylinder.
-    terms = effect_terms(p, cylinder)
-    let_in, past = terms.let_in, terms.past_groove
-    work = cylinder.air.pressure * slope * p.speed
-
-    # What enters and what leaves each air, with what passes beside the groove; the valve draws from the receiver where
-    # its control air comes from there.
-    entering: np.ndarray = zeros(AIR_FLOWS)  # type: ignore[call-arg]
-    leaving: np.ndarray = zeros(AIR_FLOWS)  # type: ignore[call-arg]
-    update_exchange(ports, flows, entering, leaving)
-    add_flow(entering, CYLINDER_AIR, past)
-    add_flow(leaving, ports[GROOVE].before, past)
-    if p.control_from_receiver:
-        add_flow(leaving, RECEIVER_AIR, line)
-
-    # Balances, then the ledgers that show whether they close; the exergy only where a march has room for it.
-    in_cylinder = net_flow(entering, leaving, CYLINDER_AIR)
-    update_states(
-        dy,
-        valve.states,
-        (
-            GasContent(in_cylinder.mass + let_in.mass, in_cylinder.enthalpy - work + let_in.enthalpy),
-            gas_rates(p.receiver_volume > 0.0, net_flow(entering, leaving, RECEIVER_AIR)),
-            GasContent(line.mass - valve.supplied.mass, line.enthalpy - valve.supplied.enthalpy),
-            gas_rates(has_pipe(p), net_flow(entering, leaving, INTAKE_AIR)),
-        ),
-    )
-    groove, exhaust_back = ledger_flow(entering, FLOW_ENTRIES * CYLINDER_AIR), 0.0
-    for i in EXHAUSTS:
-        exhaust_back += max(0.0, -flows[i].mass)
-    update_ledgers(
-        dy,
-        ControlLedger(line, valve.supplied, valve.vented, valve.work),
-        Flow(valve.let_in.mass + let_in.mass, valve.let_in.enthalpy + let_in.enthalpy),
-        EngineLedger(
-            groove,
-            ledger_flow(entering, FLOW_ENTRIES * OUTSIDE_AIR),
-            flows[FEED],
-            flows[PIPE_FEED],
-            max(0.0, -groove.mass),
-            exhaust_back,
-            work,
-        ),
-    )
-    if y.shape[0] > SIZE:
-        add_exergy_rates(p, t, y, mode, cylinder, receiver, intake, flows, terms, dy)
-    return True
+    return cylinder_rates(p, t, instant_at(p, t, y), y, mode, dy, dy).in_domain
 
 
 @step_share.for_type(Cycle)
@@ -312,12 +143,7 @@ def cycle_events(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndar
     >>> bool(g.max() < 0.0)
     True
     """
-    if p.engine.intake == EPV:
-        actuator_events(p.actuator, y, mode, supply_of(p, y), g)
-        g[LINE_FLOW] = line_event(p.actuator, control_air(p, y), mode)
-    exchange_events(p, t, y, mode, g, FLOW)
-    if len(p.effects) > 0:
-        g[BRANCHED] = -1.0 if effect_branches(p, t, y) == mode[BRANCHES] else 1.0
+    cylinder_events(p, instant_at(p, t, y), y, mode, g)
 
 
 @handle_event.for_type(Cycle)
@@ -327,16 +153,7 @@ def handle_cycle_event(p: Cycle, tables: CycleTables, event: int, t: float, y: n
 
     `event` is its number, `t` the time from the start of the cycle [s]; `y` (>= SIZE,) and `mode` (MODES,) are changed.
     """
-    if event == BRANCHED:
-        mode[BRANCHES] = effect_branches(p, t, y)
-    elif event >= FLOW:
-        change_exchange_regime(p, t, y, event - FLOW, mode)
-    elif event == LINE_FLOW:
-        change_line_regime(p.actuator, control_air(p, y), mode)
-    else:
-        handle_actuator_event(p.actuator, tables.valve, event, y, mode, supply_of(p, y))
-        if event == CORNER:
-            start_groove_segment(p, t, y, mode)
+    handle_cylinder_event(p, tables, event, instant_at(p, t, y), y, mode)
 
 
 @kernel
@@ -423,7 +240,7 @@ def cycle_zero_crossings(p: Cycle, t: float, y: np.ndarray, dy: np.ndarray, mode
     """
     if p.engine.intake == EPV:
         actuator_zero_crossings(p.actuator, y, valve_states(dy).speed, mode, w)
-    cylinder, slope = cylinder_state(p, t, y)
+    cylinder, slope = cylinder_state(p, instant_at(p, t, y), y)
     (mass, _), (mass_rate, _), t_c = cylinder_gas(y), cylinder_gas(dy), cylinder.air.temperature
     warming = temperature_rate(p, cylinder_gas(y), cylinder_gas(dy), t_c)
     w[PRESSURE_EXTREMUM] = mass_rate / mass + warming / t_c - slope * p.speed / cylinder.volume
@@ -445,18 +262,7 @@ def start_cycle_segment(p: Cycle, tables: CycleTables, t: float, t_end: float, y
     changed where the valve's piston rests.
     """
     middle = p.start + p.speed * 0.5 * (t + t_end)
-    if p.engine.intake == EPV:
-        start_actuator_segment(p.actuator, tables.valve, t, t_end, y, mode, supply_of(p, y))
-        start_line_segment(p.actuator, control_air(p, y), mode)
-    elif p.engine.intake == CAM:
-        if p.has_lift_curve:
-            mode[LIFT], mode[LIFT_SLOPE] = lift_line(tables.cam, middle)
-        mode[PIECE] = piece_of(tables.valve.groove, intake_lift(p, middle, y, mode))
-        take_piece(tables.valve, mode)
-    else:
-        mode[INTAKE_OPEN] = 1.0 if (middle - p.open_target) % TURN < p.close_target - p.open_target else 0.0
-    start_exchange_segment(p, t, t_end, y, mode)
-    mode[BRANCHES] = effect_branches(p, t, y)
+    start_cylinder_segment(p, tables, t, t_end, instant_at(p, t, y), middle, y, mode)
 
 
 @power.for_type(Cycle)
@@ -497,7 +303,7 @@ def cycle_power(p: Cycle, t: float, y: np.ndarray) -> float:
     >>> bool(cycle_power(cycle, 0.0, y) < 0.0)
     True
     """
-    cylinder, slope = cylinder_state(p, t, y)
+    cylinder, slope = cylinder_state(p, instant_at(p, t, y), y)
     return cylinder.air.pressure * slope * p.speed
 
 
@@ -512,28 +318,10 @@ def observe_cycle(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, row: np.n
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
     >>> y, mode = charged_at_rest(cycle)
+    >>> from apesim.engine.cycle.cylinder_laws import TRACE
     >>> row = np.zeros(len(TRACE))
     >>> observe_cycle(cycle, 0.0, y, mode, row)
     >>> print(round(row[TRACE.index("cylinder_pressure [Pa abs]")]), "Pa")
     101325 Pa
     """
-    cylinder, slope = cylinder_state(p, t, y)
-    receiver = receiver_state(p, y)
-    ports, airs = ports_at(p, cylinder.angle, y, mode), airs_at(p, cylinder, receiver, intake_state(p, y, receiver))
-    flows = port_flows(p, mode, ports, airs)
-    row[0], row[1] = cylinder.air.pressure, cylinder.air.temperature
-    if p.engine.intake == EPV:
-        valve = state_of(p.actuator, y, supply_of(p, y))
-        row[2] = p.actuator.valve.stroke - valve.position
-        row[3] = -valve.speed if is_moving(mode[PHASE]) else 0.0
-        row[4], row[5] = valve.chamber_a.pressure, valve.chamber_b.pressure
-    else:
-        row[2] = p.actuator.valve.stroke * mode[INTAKE_OPEN]
-        row[3] = row[4] = row[5] = np.nan
-        if p.engine.intake == CAM:
-            row[2] = intake_lift(p, cylinder.angle, y, mode)
-    row[6] = flows[GROOVE].mass + effect_terms(p, cylinder).past_groove.mass
-    row[7] = indicated_power(cylinder.air.pressure, p.actuator.ambient.pressure, slope, 1.0)
-    row[8], row[9], row[10] = receiver.pressure, 0.0, cylinder.volume
-    for i in EXHAUSTS:
-        row[9] += flows[i].mass
+    observe_cylinder(p, instant_at(p, t, y), y, mode, row)

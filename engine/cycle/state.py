@@ -132,6 +132,17 @@ class Cycle(NamedTuple):
     """Parameters of the effects that act on the cylinder."""
 
 
+class Instant(NamedTuple):
+    """What the laws of a cylinder see around it at an instant, beside its own states."""
+
+    angle: float
+    """Crank angle of the cylinder [rad]."""
+    receiver: GasState
+    """State of the air in the receiver that it draws from."""
+    behind_exhaust: GasState
+    """State of the air behind its exhaust valves."""
+
+
 class CycleTables(NamedTuple):
     """Arrays of a machine."""
 
@@ -256,32 +267,37 @@ def intake_state(p: Cycle, y: np.ndarray, receiver: GasState) -> GasState:
 
 
 @kernel
-def cylinder_state(p: Cycle, t: float, y: np.ndarray) -> tuple[CylinderState, float]:
-    """State of the cylinder, as its effects' laws see it, and the slope of its volume over the crank angle [m3/rad].
-
-    `t` is the time from the start of the cycle [s], `y` (>= STATES,) the state vector.
-    """
-    angle = p.start + p.speed * t
-    volume, slope = cylinder_volume(p.crank, angle)
-    gas = p.actuator.gas
-    air = chamber_state(gas, cylinder_gas(y), volume)
-    intake = intake_state(p, y, receiver_state(p, y)) if len(p.effects) > 0 else p.supply
+def instant_at(p: Cycle, t: float, y: np.ndarray) -> Instant:
+    """What the laws of the cylinder see around it, `t` [s] from the start of the cycle, from `y` (>= STATES,)."""
     behind_exhaust = GasState(p.exhaust_pressure, p.actuator.ambient.temperature)
-    return CylinderState(gas, p.actuator.ambient, p.engine, p.speed, angle, volume, air, intake, behind_exhaust), slope
+    return Instant(p.start + p.speed * t, receiver_state(p, y), behind_exhaust)
 
 
 @kernel
-def control_air(p: Cycle, y: np.ndarray) -> Sides:
+def cylinder_state(p: Cycle, now: Instant, y: np.ndarray) -> tuple[CylinderState, float]:
+    """State of the cylinder, as its effects' laws see it, and the slope of its volume over the crank angle [m3/rad].
+
+    `y` (>= STATES,) is the state vector.
+    """
+    volume, slope = cylinder_volume(p.crank, now.angle)
+    gas, ambient = p.actuator.gas, p.actuator.ambient
+    air = chamber_state(gas, cylinder_gas(y), volume)
+    intake = intake_state(p, y, now.receiver) if len(p.effects) > 0 else p.supply
+    return CylinderState(gas, ambient, p.engine, p.speed, now.angle, volume, air, intake, now.behind_exhaust), slope
+
+
+@kernel
+def control_air(p: Cycle, y: np.ndarray, receiver: GasState) -> Sides:
     """State of the control air at its source, receiver or regulator, and before the solenoids, from `y` (>= SIZE,).
 
     Both are equal where there is no supply line.
     """
-    source = receiver_state(p, y) if p.control_from_receiver else p.control
+    source = receiver if p.control_from_receiver else p.control
     return Sides(source, before_solenoids(p.actuator, y, LINE, source))
 
 
 @kernel
-def supply_of(p: Cycle, y: np.ndarray) -> ValveSupply:
+def supply_of(p: Cycle, y: np.ndarray, receiver: GasState) -> ValveSupply:
     """State of the air that is fed to the valve, from the state vector `y` (>= SIZE,).
 
     It is the control air before the solenoids, and the pressure before the groove; that of the supply where no effect
@@ -289,5 +305,5 @@ def supply_of(p: Cycle, y: np.ndarray) -> ValveSupply:
     """
     intake = p.supply
     if len(p.actuator.effects) > 0:
-        intake = intake_state(p, y, receiver_state(p, y))
-    return ValveSupply(control_air(p, y).behind, intake.pressure)
+        intake = intake_state(p, y, receiver)
+    return ValveSupply(control_air(p, y, receiver).behind, intake.pressure)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from apesim.engine.angles import TURN
-from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.machine import Machine
 from apesim.engine.steady import SteadyRun
 from apesim.march.adaptive import LOG_HEAD

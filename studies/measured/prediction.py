@@ -9,7 +9,7 @@ import numpy as np
 
 from apesim.effect import sensed
 from apesim.engine.angles import DEGREE, TURN
-from apesim.engine.cycle.rates import TRACE as ENGINE_TRACE
+from apesim.engine.cycle.cylinder_laws import TRACE as ENGINE_TRACE
 from apesim.engine.cycle.state import Cycle, control_ledger, engine_ledger
 from apesim.engine.cylinder import EPV
 from apesim.engine.effects import library_of

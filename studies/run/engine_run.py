@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from apesim.engine.angles import DEGREE, TURN
-from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import INTAKES
 from apesim.engine.exergy import TERMS
 from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS, indicators

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from apesim.engine.angles import DEGREE, TURN
-from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.indicators import INDICATORS, indicators
 from apesim.engine.steady import run_steady
@@ -32,8 +32,8 @@ def compute(points: Sequence[Point], traces: bool = True) -> list[tuple[dict[str
     """Run operating points, one after the other, each to its periodic state; return their scalars and traces.
 
     A trace is (721, 11): a row every half degree of crank angle over one turn, columns as in
-    `apesim.engine.cycle.rates.TRACE`; without `traces`, nearly all of the memory of the results, it is None. Indicators
-    and trace are NaN where the point failed or its timing is out of reach.
+    `apesim.engine.cycle.cylinder_laws.TRACE`; without `traces`, nearly all of the memory of the results, it is None.
+    Indicators and trace are NaN where the point failed or its timing is out of reach.
     """
     results = [_result(point) for point in points]
     return [(scalars, trace if traces else None) for scalars, trace in results]

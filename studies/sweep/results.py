@@ -10,7 +10,7 @@ from apesim.archive import Archive, Variable
 from apesim.archive.columns import NO_YES, column, meanings_of
 from apesim.archive.grid import axes_of, places_of
 from apesim.engine.angles import DEGREE
-from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import INTAKES
 from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
 from apesim.engine.warnings import EngineWarning

@@ -22,8 +22,8 @@ from apesim.archive.memory import available_memory
 from apesim.archive.merge import merge
 from apesim.archive.shards import plan_hash, read_shards, remove_shards, shards_folder
 from apesim.archive.untrusted import SIZE_LIMIT
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cycle.operating_point import cycle_of
-from apesim.engine.cycle.rates import TRACE
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.engine.angles import DEGREE, TURN
-from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.indicators import valve_angles
 from apesim.engine.machine import Machine

@@ -16,7 +16,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 
 from apesim.air import THERMALLY_PERFECT
 from apesim.engine.angles import DEGREE
-from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cycle.state import engine_ledger
 from apesim.engine.kinematics import cylinder_volume
 from apesim.engine.steady import SteadyRun

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from apesim.air import THERMALLY_PERFECT, Air, GasContent, GasState, enthalpy, gas_of
 from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-from apesim.engine.cycle.rates import TRACE, cycle_rates, start_cycle_segment
-from apesim.engine.cycle.state import SIZE, STATES, cylinder_state, engine_ledger
+from apesim.engine.cycle.rates import cycle_rates, start_cycle_segment
+from apesim.engine.cycle.state import SIZE, STATES, cylinder_state, engine_ledger, instant_at
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.exergy import ENTERS, LEAVES, RATES, TERMS, exergy_closure, exergy_ledger, stored_exergy
 from apesim.engine.indicators import indicators
@@ -162,7 +163,7 @@ def test_what_enters_leaves_is_stored_or_becomes_work_at_every_moment(case):
         earlier, later = (stored_exergy(p, t + step, y + step * dy[:SIZE]) for step in (-h, h))
         enters = [dy[SIZE + number] for number, _ in ENTERS.values()]
         leaves = [dy[SIZE + number] for number, _ in LEAVES.values()]
-        on_ambient = a_machine.ambient.pressure * cylinder_state(p, t, y)[1] * p.speed
+        on_ambient = a_machine.ambient.pressure * cylinder_state(p, instant_at(p, t, y), y)[1] * p.speed
         stored, work = (later - earlier) / (2.0 * h), engine_ledger(dy).work - on_ambient
         turnover = sum(map(abs, (*enters, *leaves, stored, work)))
         assert abs(sum(enters) - sum(leaves) - stored - work) < 1e-7 * turnover

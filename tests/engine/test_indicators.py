@@ -7,7 +7,7 @@ import pytest
 
 from apesim.engine.angles import DEGREE
 from apesim.engine.cam import raised_cosine
-from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.effects.tabulated_cylinder_heat import TabulatedCylinderHeat
 from apesim.engine.indicators import ADIABATIC, INDICATORS, indicators, is_adiabatic

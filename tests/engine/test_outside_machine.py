@@ -12,8 +12,8 @@ import pytest
 
 from apesim.effect import contact, law, sensed
 from apesim.engine import cylinder
+from apesim.engine.cycle.cylinder_laws import TRACE as ENGINE_TRACE
 from apesim.engine.cycle.operating_point import cycle_of
-from apesim.engine.cycle.rates import TRACE as ENGINE_TRACE
 from apesim.engine.effect_trial import sample_state, strong
 from apesim.engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, Effects, EngineLaws, library_of
 from apesim.engine.machine import Machine

@@ -48,7 +48,7 @@ def run_engine(
     import numpy as np
 
     from apesim.archive import find_target
-    from apesim.engine.cycle.rates import TRACE
+    from apesim.engine.cycle.cylinder_laws import TRACE
     from apesim.engine.indicators import ADIABATIC, is_adiabatic
     from apesim.results import NotConverged
     from apesim.studies.execution.output import write_traces

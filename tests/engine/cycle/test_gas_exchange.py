@@ -5,10 +5,10 @@ import pytest
 
 import apesim
 from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.cylinder_laws import BRANCHED
 from apesim.engine.cycle.gas_exchange import airs_from, change_exchange_regime, exchange_events, port_flows, ports_at
 from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-from apesim.engine.cycle.rates import BRANCHED
-from apesim.engine.cycle.state import EXCHANGE, EXHAUSTS, MODES, PORTS, engine_ledger
+from apesim.engine.cycle.state import EXCHANGE, EXHAUSTS, MODES, PORTS, engine_ledger, instant_at
 from apesim.engine.indicators import closure
 from apesim.engine.steady import run_steady
 from apesim.march.adaptive import EVENTS
@@ -32,7 +32,8 @@ def test_modes_and_lists_have_an_entry_for_each_port():
     p, _, _ = cycle_of(machine(receiver=1.0), 1000.0 * RPM)
     y, mode = charged_at_rest(p)
     ports = ports_at(p, p.start, y, mode)
-    assert len(ports) == len(port_flows(p, mode, ports, airs_from(p, 0.0, y))) == PORTS == MODES - EXCHANGE
+    flows = port_flows(p, mode, ports, airs_from(p, instant_at(p, 0.0, y), y))
+    assert len(ports) == len(flows) == PORTS == MODES - EXCHANGE
 
 
 @pytest.mark.parametrize("i", range(PORTS))
@@ -43,11 +44,11 @@ def test_each_port_has_its_regime_and_its_event_and_leaves_those_of_the_others_a
     mode[EXCHANGE:] = SHUT
     mode[EXCHANGE + i] = -CHOKED
     g = np.zeros(PORTS)
-    exchange_events(p, 0.0, y, mode, g, 0)
+    exchange_events(p, instant_at(p, 0.0, y), y, mode, g, 0)
     assert g[i] > 0.0
     assert (np.delete(g, i) == -1.0).all()
     before = mode.copy()
-    change_exchange_regime(p, 0.0, y, i, mode)
+    change_exchange_regime(p, instant_at(p, 0.0, y), y, i, mode)
     assert mode[EXCHANGE + i] != before[EXCHANGE + i]
     assert (np.delete(mode, EXCHANGE + i) == np.delete(before, EXCHANGE + i)).all()
 

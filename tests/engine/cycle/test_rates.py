@@ -7,9 +7,10 @@ import pytest
 
 from apesim.engine.angles import DEGREE
 from apesim.engine.cam import raised_cosine
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cycle.gas_exchange import start_exchange_segment
 from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-from apesim.engine.cycle.rates import TRACE, cycle_rates, handle_cycle_event, start_cycle_segment
+from apesim.engine.cycle.rates import cycle_rates, handle_cycle_event, start_cycle_segment
 from apesim.engine.cycle.state import (
     CYLINDER,
     EXCHANGE,
@@ -21,6 +22,7 @@ from apesim.engine.cycle.state import (
     cylinder_gas,
     effects_ledger,
     engine_ledger,
+    instant_at,
     receiver_gas,
     supply_of,
 )
@@ -72,8 +74,10 @@ def state(a_machine, angle, cylinder, receiver, chambers=(0.6e6, 0.3e6), rpm=100
     mode[PHASE] = TO_OPEN
     mode[AREA], mode[AREA_SLOPE] = -150e-6 / 8.0, 150e-6 / 8e-3
     mode[X_A], mode[X_B] = 0.5, 0.25
-    start_solenoid_segment(state_of(p.actuator, y, supply_of(p, y)), (1.0,) * 4, (1.0,) * 4, REGIME, mode)
-    start_exchange_segment(p, t, t, y, mode)
+    now = instant_at(p, t, y)
+    valve = state_of(p.actuator, y, supply_of(p, y, now.receiver))
+    start_solenoid_segment(valve, (1.0,) * 4, (1.0,) * 4, REGIME, mode)
+    start_exchange_segment(p, now, p.start + p.speed * t, y, mode)
     dy = np.empty_like(y)
     assert cycle_rates(p, t, y, mode, dy)
     return p, dy

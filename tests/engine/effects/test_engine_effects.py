@@ -6,8 +6,8 @@ import pytest
 from apesim.air import GasState, gas_of
 from apesim.effect import law
 from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.cylinder_laws import BRANCHED, TRACE
 from apesim.engine.cycle.operating_point import accuracy_at, cycle_of
-from apesim.engine.cycle.rates import BRANCHED, TRACE
 from apesim.engine.cycle.state import STATES, effects_ledger
 from apesim.engine.cylinder import ENERGY, GROOVE_ENERGY, GROOVE_MASS, MASS, TERMS, CylinderState
 from apesim.engine.effects.blow_by import BlowBy

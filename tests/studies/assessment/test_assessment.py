@@ -11,7 +11,7 @@ from apesim.archive import write
 from apesim.archive.inspection import verify
 from apesim.engine.angles import DEGREE
 from apesim.engine.cam import lift_crossings
-from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.exergy import TERMS
 from apesim.engine.indicators import indicators
 from apesim.engine.steady import run_steady

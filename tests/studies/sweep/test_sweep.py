@@ -11,7 +11,7 @@ from apesim.archive import ArchiveError, read
 from apesim.archive.grid import read_grid
 from apesim.archive.inspection import verify
 from apesim.engine.angles import DEGREE
-from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
 from apesim.engine.indicators import indicators
 from apesim.engine.machine import Machine

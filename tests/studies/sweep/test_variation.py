@@ -14,7 +14,7 @@ from apesim.archive.grid import axes_of, places_of, read_grid
 from apesim.archive.inspection import verify
 from apesim.archive.merge import merge
 from apesim.engine.angles import DEGREE
-from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
 from apesim.engine.indicators import INDICATORS, indicators
 from apesim.engine.machine import Machine

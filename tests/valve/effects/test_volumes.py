@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from apesim.engine.cycle.cylinder_laws import FLOW
 from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cycle_of
-from apesim.engine.cycle.rates import FLOW, cycle_rates
+from apesim.engine.cycle.rates import cycle_rates
 from apesim.engine.cycle.state import (
     CYLINDER,
     LINE,
