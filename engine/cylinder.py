@@ -3,21 +3,28 @@
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any, NamedTuple
 
+import numpy as np
+
 from apesim.air import Gas, GasState
+from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cam import Cam
 from apesim.engine.exhaust import AnyExhaust, Exhaust, SecondExhaust
 from apesim.engine.friction import Friction
 from apesim.engine.receiver import Receiver
 from apesim.kernel import kernel
-from apesim.quantities import Choice, Quantity
+from apesim.quantities import NO_LIST, Choice, Quantity, QuantityList
 
 EPV, CAM, IDEAL_VALVE = 0, 1, 2
 INTAKES = ("epv", "cam", "ideal")
 """Kinds of intake, as a machine file names them: electro-pneumatic valve, cam, ideal valve."""
 
 
+MAX_CYLINDERS = 8
+"""Most cylinders of an engine: more are several engines on one shaft, and each costs a march."""
+
+
 class Engine(NamedTuple):
-    """Engine with one cylinder, two-stroke: one intake event a revolution."""
+    """Engine, two-stroke: one intake event a revolution in each of its cylinders, which are alike unless given."""
 
     bore: Annotated[float, Quantity("mm", 5, 1000, "chosen")] = 85.0e-3
     stroke: Annotated[float, Quantity("mm", 5, 2000, "chosen")] = 88.0e-3
@@ -27,6 +34,18 @@ class Engine(NamedTuple):
     ] = 0.0
     compression_ratio: Annotated[float, Quantity("", 1.5, 100, "chosen; (swept + clearance)/clearance")] = 18.0
     intake: Annotated[int, Choice(INTAKES, "chosen; ideal: full groove area between the targets, at once")] = EPV
+    cylinders: Annotated[
+        float, Quantity("", 1, MAX_CYLINDERS, "chosen; how many, on one receiver and one shaft", whole=True)
+    ] = 1.0
+    phases: Annotated[
+        np.ndarray,
+        QuantityList(
+            Quantity("deg", 0, 360, "chosen"),
+            MAX_CYLINDERS,
+            "chosen; the shaft's angle at angle 0 of each cylinder",
+            text="evenly spread over a turn",
+        ),
+    ] = NO_LIST
     cam: Cam = Cam()
     exhaust: Exhaust = Exhaust()
     exhaust_2: SecondExhaust = SecondExhaust()
@@ -42,8 +61,17 @@ class Engine(NamedTuple):
         """Return the engine with each of its exhaust valves changed."""
         return self._replace(exhaust=change(self.exhaust), exhaust_2=change(self.exhaust_2))
 
+    def resolve_phases(self) -> np.ndarray:
+        """Return the angle of the shaft [rad] at angle 0 of each cylinder, (n,); evenly spread where not given.
+
+        >>> np.degrees(Engine(cylinders=3.0).resolve_phases()).round(9).tolist()
+        [0.0, 120.0, 240.0]
+        """
+        return self.phases if len(self.phases) else TURN * np.arange(self.cylinders) / self.cylinders
+
     def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the engine's dimensions, beyond the ranges of single keys: key, wrong, right."""
+        """Find what is wrong with the engine, beyond the ranges of single keys: key, wrong, right."""
+        yield from self._faults_of_phases()
         if self.rod_length <= 0.5 * self.stroke + abs(self.pin_offset):
             shortest = (0.5 * self.stroke + abs(self.pin_offset)) * 1e3
             yield (
@@ -51,6 +79,16 @@ class Engine(NamedTuple):
                 "the crank cannot turn",
                 f"more than half the stroke plus the pin offset, {shortest:g} mm",
             )
+
+    def _faults_of_phases(self) -> Iterator[tuple[str, str, str]]:
+        """Find what is wrong with the phases: key, wrong, right."""
+        count = len(self.phases)
+        if count and count != self.cylinders:
+            engine = f"{self.cylinders:g} cylinder{'s' * (self.cylinders > 1.0)}"
+            wrong = f"{count} {'angles are' if count > 1 else 'angle is'} given for {engine}"
+            yield "phases", wrong, "give one for each cylinder, or none: they are evenly spread then"
+        if count and self.phases.max() >= TURN:
+            yield "phases", f"{self.phases.max() / DEGREE:g} deg is a whole turn", "at least 0 and less than 360 deg"
 
 
 Engine.due = {"exhaust_2": ("effective_area",)}  # type: ignore[attr-defined]

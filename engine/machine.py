@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from math import pi, sqrt
 from os import PathLike
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Protocol, Self, TypeVar, overload
 
 from apesim.air import Air, Ambient
 from apesim.effect import Effect
@@ -13,6 +13,7 @@ from apesim.engine.cylinder import Engine
 from apesim.engine.effects import Effects, unserved_effects
 from apesim.engine.first_keys import select_first_keys
 from apesim.engine.proportions import Unscaled, find_unscaled
+from apesim.engine.shaft import Load, Shaft
 from apesim.engine.stated_uncertainties import KnownTo, find_odd_shares
 from apesim.quantities import Fault, InputError, Quantity, quoted
 from apesim.quantities.settings import differences, dumps, find_ignored_keys, replaced
@@ -68,8 +69,8 @@ MAX_DIFFERENCES = 8
 """Keys that a short text of a machine names: it stays below a dozen lines."""
 
 
-class Machine(NamedTuple):
-    """Air-powered engine and its electro-pneumatic valve; "the paper" is the EPV paper (doi 10.1631/jzus.A0820373)."""
+class Sections(NamedTuple):
+    """Sections of a machine file, in the order in which it is printed."""
 
     air: Air = Air()
     ambient: Ambient = Ambient()
@@ -78,6 +79,8 @@ class Machine(NamedTuple):
     groove: Groove = Groove()
     engine: Engine = Engine()
     command: Command = Command()
+    shaft: Shaft = Shaft()
+    load: Load = Load()
     rig: Rig = Rig()
     effects: Effects = Effects()
     known_to: Annotated[
@@ -85,8 +88,46 @@ class Machine(NamedTuple):
         KnownTo("How far numbers are known, for gap explain and gap isolability; nothing that is simulated reads it."),
     ] = ()
 
+
+AnyMachine = TypeVar("AnyMachine", bound="Machine")
+
+
+class _Reader(Protocol[AnyMachine]):
+    """Type of `Machine.load`."""
+
+    def __call__(self, path: str | PathLike[str] | None = None, settings: Iterable[str] = ()) -> AnyMachine:
+        """Read a machine."""
+        ...
+
+
+class _LoadOrReader:
+    """Attribute ``load``: of a machine its section of that name, of the class what reads a machine file.
+
+    Both names are promised to users, and a field of a named tuple leaves no room for a method of its name.
+    """
+
+    @overload
+    def __get__(self, machine: None, cls: type[AnyMachine]) -> _Reader[AnyMachine]: ...
+
+    @overload
+    def __get__(self, machine: Sections, cls: type[Any]) -> Load: ...
+
+    def __get__(self, machine: Any, cls: type[Any]) -> Any:
+        return cls._load if machine is None else machine[LOAD]
+
+
+LOAD = Sections._fields.index("load")
+"""Place of the section ``load``."""
+
+
+class Machine(Sections):
+    """Air-powered engine and its electro-pneumatic valve; "the paper" is the EPV paper (doi 10.1631/jzus.A0820373)."""
+
+    __slots__ = ()
+    load = _LoadOrReader()  # type: ignore[assignment]
+
     @classmethod
-    def load(cls, path: str | PathLike[str] | None = None, settings: Iterable[str] = ()) -> Self:
+    def _load(cls, path: str | PathLike[str] | None = None, settings: Iterable[str] = ()) -> Self:
         """Read a machine from a machine file and settings like those of the command line.
 
         Parameters

@@ -5,7 +5,7 @@ A bare number is in SI, but for a speed or an angle: there it is refused, as nob
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sized
 from numbers import Real
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from apesim.quantities.declarations import Quantity
 from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault, quoted
+from apesim.quantities.lists import NO_LIST, QuantityList, as_parts
 from apesim.quantities.ranges import Declared, parse, parse_range
 from apesim.quantities.units import unit
 
@@ -118,11 +119,25 @@ def checked_value(given: Any, declaration: Declared, ambient_pressure: float | N
             return declaration.read(texts[0], ambient_pressure)
         if declaration.needs_unit:
             raise _unit_missing(given, declaration)
+    if isinstance(declaration, QuantityList):
+        return _list_of(given, declaration, ambient_pressure)
     declaration.check(given)
     value = declaration.convert(given)
     if isinstance(declaration, Quantity):
         return declaration.as_said(value)
     return np.array(value) if value is given and isinstance(value, np.ndarray) else value  # the caller may edit his
+
+
+def _list_of(given: Any, declaration: QuantityList, ambient_pressure: float | None) -> np.ndarray:
+    """Numbers (n,) in SI of a sequence as `values_of` takes it; an empty one is no list."""
+    if isinstance(given, Sized) and not len(given):
+        return NO_LIST
+    try:
+        values = np.array(values_of(given, declaration.quantity, ambient_pressure))
+    except InputError as error:
+        raise as_parts(error) from None
+    declaration.check(values)
+    return values
 
 
 def _has_unit(given: Any) -> bool:

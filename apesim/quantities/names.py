@@ -77,7 +77,17 @@ WITHOUT_PREFIXES: dict[str, tuple[str, int | str | Fraction, str]] = {
 }
 SHORTEST_PLURAL = 4
 """Letters of a name from which on it may stand in the plural: "days" and "meters", not "ms"."""
-RIGHT_FORMS = {"Nm": "N m", "Ns": "N s", "lpm": "L/min", "slpm": "L/min", "C": "degC", "F": "degF", "kp": "kgf"}
+RIGHT_FORMS = {
+    "Nm": "N m",
+    "Ns": "N s",
+    "Nms": "N m s",
+    "kgm": "kg m",
+    "lpm": "L/min",
+    "slpm": "L/min",
+    "C": "degC",
+    "F": "degF",
+    "kp": "kgf",
+}
 RIGHT_FORMS |= {"Grad": "deg", "grad": "deg"}
 """What is often written and no unit here, or not this one: the right form."""
 MIN_LIKENESS = 0.75

@@ -73,6 +73,8 @@ def declaration_text(declaration: Any) -> str:
 
 def _unit(declaration: Any) -> str:
     """The unit in which a key is printed; any unit of that kind is read."""
+    if hasattr(declaration, "quantity"):
+        return f"{declaration.quantity.unit}, a list"
     if not hasattr(declaration, "unit"):
         return "a word" if hasattr(declaration, "options") else "a curve"
     if declaration.suffix:

@@ -61,7 +61,7 @@ def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.nda
         machine.supply.control(),
         int(machine.supply.control_air == RECEIVER),
         0.0 if infinite else engine.receiver.volume,
-        engine._replace(cam=cam),
+        engine._replace(cam=cam, phases=None),  # type: ignore[arg-type]
         engine.exhausts,
         crank_of(engine),
         speed,

@@ -7,7 +7,7 @@ from os import PathLike
 from typing import Any, NamedTuple
 
 from apesim.engine.machine import Machine
-from apesim.quantities import Choice, Curve, Fault, InputError, Pressure, Quantity, quoted, unit
+from apesim.quantities import Choice, Curve, Fault, InputError, Pressure, Quantity, QuantityList, quoted, unit
 from apesim.quantities.arguments import Declared, values_of
 from apesim.quantities.declarations import Declaration
 from apesim.quantities.settings import misassigned, schema
@@ -115,8 +115,9 @@ def _vary(
             all_faults.append(Fault(where, key, f"is another spelling of {right}", f"vary {right}"))
         elif key not in declarations:
             all_faults.append(misassigned(type(base), key, where))
-        elif declarations[key].is_table:
-            all_faults.append(Fault(where, key, "is a table, no number", "vary a number, e.g. valve.stroke"))
+        elif declarations[key].is_table or isinstance(declarations[key], QuantityList):
+            what = "table" if declarations[key].is_table else "list"
+            all_faults.append(Fault(where, key, f"is a {what}, no number", "vary a number, e.g. valve.stroke"))
         elif key == INTAKE_KEY:
             option = "--intake epv,cam,ideal" if where == VARY else 'intake="epv, cam, ideal"'
             all_faults.append(Fault(where, key, "has an option of its own", f"write {option}"))
