@@ -9,15 +9,17 @@ from typing import Annotated, Any, Literal, NamedTuple, Protocol, Self, TypeVar,
 from apesim.air import Air, Ambient
 from apesim.effect import Effect
 from apesim.engine.angles import DEGREE
-from apesim.engine.cylinder import Engine
+from apesim.engine.cylinder import MAX_CYLINDERS, Engine
 from apesim.engine.effects import Effects, unserved_effects
 from apesim.engine.first_keys import select_first_keys
 from apesim.engine.proportions import Unscaled, find_unscaled
 from apesim.engine.shaft import Load, Shaft
 from apesim.engine.stated_uncertainties import KnownTo, find_odd_shares
 from apesim.quantities import Fault, InputError, Quantity, quoted
-from apesim.quantities.settings import differences, dumps, find_ignored_keys, replaced
-from apesim.quantities.trees import contents_of
+from apesim.quantities.overrides import Overridden, Overrides
+from apesim.quantities.settings import differences, dumps, find_ignored_keys, overruled, replaced
+from apesim.quantities.trees import contents_of, with_value
+from apesim.quantities.trees import faults as find_faults
 from apesim.quantities.uncertainties import Uncertainty
 from apesim.valve.groove import Groove
 from apesim.valve.piston import Valve
@@ -69,6 +71,14 @@ MAX_DIFFERENCES = 8
 """Keys that a short text of a machine names: it stays below a dozen lines."""
 
 
+class OwnKeys(NamedTuple):
+    """Sections of which a cylinder may have keys of its own."""
+
+    valve: Valve = Valve()
+    groove: Groove = Groove()
+    command: Command = Command()
+
+
 class Sections(NamedTuple):
     """Sections of a machine file, in the order in which it is printed."""
 
@@ -83,6 +93,16 @@ class Sections(NamedTuple):
     load: Load = Load()
     rig: Rig = Rig()
     effects: Effects = Effects()
+    cylinder: Annotated[
+        tuple[Overridden, ...],
+        Overrides(
+            OwnKeys,
+            "cylinder",
+            'valve.solenoid.dead_time = "1.7 ms"',
+            MAX_CYLINDERS,
+            "A table for each cylinder, in order: keys of valve, groove and command that are its own.",
+        ),
+    ] = ()
     known_to: Annotated[
         tuple[tuple[str, Uncertainty], ...],
         KnownTo("How far numbers are known, for gap explain and gap isolability; nothing that is simulated reads it."),
@@ -270,7 +290,64 @@ class Machine(Sections):
         >>> ports.with_(groove_geometry="line").find_ignored_keys()
         {'groove.ports.number': 'groove.geometry is "line"'}
         """
-        return find_ignored_keys(self)
+        ignored = find_ignored_keys(self)
+        for index, own in enumerate(self.cylinder):
+            reasons = dict(overruled(self._with_own(own)))
+            ignored |= {f"cylinder[{index + 1}].{key}": reasons[key] for key, _ in own if key in reasons}
+        return ignored
+
+    def machine_of_cylinder(self, index: int) -> Self:
+        """Make the machine of one cylinder: with what its table ``[[cylinder]]`` has of its own, and no such tables.
+
+        Parameters
+        ----------
+        index : int
+            Which cylinder, from 0 on.
+
+        Returns
+        -------
+        Machine
+            A new one, with the number of cylinders and the phases of this one; this one stays as it is.
+
+        Raises
+        ------
+        InputError
+            The engine has no such cylinder.
+
+        Examples
+        --------
+        >>> machine = Machine().with_(engine_cylinders=2, cylinder=[{}, {"valve.solenoid.dead_time": "1.7 ms"}])
+        >>> [machine.machine_of_cylinder(index).valve.solenoid.dead_time for index in range(2)]
+        [0.0015, 0.0017]
+        """
+        count = int(self.engine.cylinders)
+        if index not in range(count):
+            wrong, right = f"{quoted(index)} is no cylinder of {count}", f"give a whole number from 0 to {count - 1}"
+            raise InputError([Fault("Machine.machine_of_cylinder()", "index", wrong, right)])
+        return self._with_own(self.cylinder[index] if index < len(self.cylinder) else ())
+
+    def _with_own(self, own: Overridden) -> Self:
+        """The machine with other values for some keys, and without tables of cylinders."""
+        machine = self._replace(cylinder=())
+        for key, value in own:
+            machine = with_value(machine, key, value)
+        return machine
+
+    def _faults_of_cylinders(self) -> Iterator[tuple[str, str, str]]:
+        """Find what is wrong with cylinders that have keys of their own, beyond the machine's faults."""
+        given, count = len(self.cylinder), int(self.engine.cylinders)
+        if given > count:
+            engine = f"{count} cylinder{'s' * (count > 1)}"
+            yield (
+                "cylinder",
+                f"has {given} tables for {engine}",
+                f"write at most {count}, or raise engine.cylinders",
+            )
+        of_all = set(find_faults(self._replace(cylinder=()))) if given else set()
+        for index, own in enumerate(self.cylinder):
+            for key, wrong, right in find_faults(self._with_own(own)) if own else ():
+                if (key, wrong, right) not in of_all:
+                    yield f"cylinder[{index + 1}].{key}", wrong, right
 
     def find_unscaled_keys(self) -> list[Unscaled]:
         """Find the numbers that are still the default machine's, though a dimension that they belong to is not.
@@ -329,6 +406,7 @@ class Machine(Sections):
         if self.groove.has_ports and ports.number * ports.diameter > round_piston:
             room = f"number times diameter at most {round_piston * 1e3:.4g} mm, the way round the valve's piston"
             yield "groove.ports.number", f"{ports.number:g} ports of {ports.diameter * 1e3:g} mm overlap", room
+        yield from self._faults_of_cylinders()
         yield from find_odd_shares(self)
         for name in unserved_effects(self.effects):
             yield f"effects.{name}", "nothing that is computed knows it", "a file in valve/effects or engine/effects"

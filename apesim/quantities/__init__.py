@@ -13,8 +13,9 @@ names of units), `units`, `files` (their text and columns), `old_names` (words t
 (what a parameter may be), `curves` (two columns of numbers), `ranges` (single texts, ranges, lists), `lists` (several
 numbers in one key), `arguments` (of a call from Python), `trees` (parameter classes in one another), `uncertainties`
 (how far a number is known), `toml_text` (what is wrong with a text that is no TOML), `printing`, `reading` (a tree from
-parsed TOML), `checking` (a tree made in Python) and `settings` (a tree from a file, a command line or another tree).
-Whoever reads or prints whole trees imports `apesim.quantities.settings`.
+parsed TOML), `checking` (a tree made in Python) `settings` (a tree from a file, a command line or another tree) and
+`overrides` (tables with other values for some keys of a tree). Whoever reads or prints whole trees imports
+`apesim.quantities.settings`.
 """
 
 from apesim.quantities.arguments import Arguments

@@ -34,7 +34,9 @@ class Declaration:
     """
 
     is_table = False
-    """Whether it is a table of texts, whose keys are no keys of the tree."""
+    """Whether it is a table of texts, or an array of tables, whose keys are no keys of the tree."""
+    is_array = False
+    """Whether it is an array of tables, see `apesim.quantities.overrides`."""
     entry = ""
     """A right entry of such a table in TOML."""
     is_gauge = False

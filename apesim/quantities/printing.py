@@ -90,7 +90,8 @@ def _section(
     for key, field in fields(cls).items():
         value, default, name = getattr(tree, key), cls._field_defaults[key], joined(path, key)
         stated = value.stated(folder) if hasattr(value, "stated") else ()
-        if only is not None and not stated and not any(f"{each}.".startswith(f"{name}.") for each in only):
+        starts = f"{name}.", f"{name}["
+        if only is not None and not stated and not any(f"{each}.".startswith(starts) for each in only):
             continue
 
         # A section. An optional one that is as by default becomes a comment: written out, it would count as given.
@@ -111,7 +112,11 @@ def _section(
         text = field.render(value, ambient_pressure)
         remark = field.range_text, " ".join(field.source.split())
         note = _comment(notes[name]) if name in notes else []
-        if field.is_table:
+        if field.is_array:
+            entries = [line for table in text for line in ("", f"[[{name}]]", *_entries(table))][1:]
+            entries = entries or [f"# [[{name}]]", f"# {field.entry}"]
+            tables += ["", *note, *_comment(remark[1]), *entries]
+        elif field.is_table:
             lines = [f"{_string(inner)} = {_string(each)}" for inner, each in text.items()] if text else []
             entries = [f"[{name}]", *lines] if lines else [f"# [{name}]", f"# {field.entry}"]
             tables += ["", *note, *_comment(remark[1]), *entries]
@@ -125,6 +130,18 @@ def _section(
             bare = isinstance(field, Quantity) and not field.unit and text not in ("", "inf")
             keys += [*note, *_remarked(f"{key} = {float(text) if bare else _string(text)}", " # ", *remark)]
     return keys + curves + sections + tables
+
+
+def _entries(table: Mapping[str, Any]) -> list[str]:
+    """Lines of a table of an array: keys with dots, curves as tables in a line."""
+    lines = []
+    for key, value in table.items():
+        if isinstance(value, dict):
+            columns = ", ".join(f"{_string(header)} = {numbers!r}" for header, numbers in value.items())
+            lines.append(f"{key} = {{ {columns} }}")
+        else:
+            lines.append(f"{key} = {value!r}" if isinstance(value, float) else f"{key} = {_string(value)}")
+    return lines
 
 
 def _texts(tree: Any, ambient_pressure: float | None) -> list[Any]:

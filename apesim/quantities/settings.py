@@ -1,5 +1,6 @@
 """Settings: a whole tree of parameter classes, from a TOML file and the assignments of a command line."""
 
+import re
 from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
 from math import nan
 from operator import attrgetter
@@ -71,16 +72,17 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
     all_faults: list[Fault] = []
     for assignment in assignments:
         key, equals, text = (part.strip() for part in assignment.partition("="))
-        table = _table_of(key, declarations)
+        table, entry = _table_of(key, declarations), _entry_of(key, declarations)
         if not equals:
             wrong = f"{quoted(assignment)} assigns nothing"
             all_faults.append(Fault(COMMAND_LINE, "", wrong, 'write KEY=VALUE, e.g. engine.bore="85 mm"'))
+        elif entry:
+            assigned.add(key)
+            all_faults += _put_into_array(data, *entry, _without_quotes(text), key)
         elif key not in declarations and not table:
             all_faults.append(misassigned(cls, key, COMMAND_LINE))
         else:
-            # A shell may leave the quotation marks that a value has in the file.
-            if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'":
-                text = text[1:-1]
+            text = _without_quotes(text)
             for other in _twins(key, others) - assigned:  # what the file says of it in another spelling
                 _drop(data, other.split("."))
             assigned.add(key)
@@ -102,6 +104,12 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
     if all_faults:
         raise InputError(all_faults)
     return tree
+
+
+def _without_quotes(text: str) -> str:
+    """A text without the quotation marks that a value has in the file, which a shell may leave."""
+    is_quoted = len(text) > 1 and text[0] == text[-1] and text[0] in "\"'"
+    return text[1:-1] if is_quoted else text
 
 
 def _twins(key: str, others: Mapping[str, Any]) -> set[str]:
@@ -128,6 +136,30 @@ def _table_of(key: str, declarations: Mapping[str, Any]) -> str:
     """Name of the table that a key stands in, see `Declaration.is_table`; "": it stands in none."""
     sections = (key[:at] for at, sign in enumerate(key) if sign == ".")
     return next((section for section in sections if section in declarations and declarations[section].is_table), "")
+
+
+def _entry_of(key: str, declarations: Mapping[str, Any]) -> tuple[Any, int, str] | None:
+    """Declaration of an array of tables, number of the table from 1, and its key, of "cylinder[2].valve.stroke"."""
+    found = re.fullmatch(r"([\w.]+)\[([0-9]{1,6})\]\.(.+)", key)
+    is_entry = found and found[1] in declarations and declarations[found[1]].is_array
+    return (declarations[found[1]], int(found[2]), found[3]) if found and is_entry else None
+
+
+def _put_into_array(
+    data: dict[str, Any], declaration: Any, number: int, key: str, text: str, where: str
+) -> Iterator[Fault]:
+    """Set a key of a table of an array, counted from 1; a fault of the file on the way is left for `read` to tell."""
+    if not 1 <= number <= declaration.max_count:
+        yield Fault(COMMAND_LINE, where, f"there is no number {number}", f"count from 1 to {declaration.max_count}")
+        return
+    given = data.get(declaration.name, [])
+    if not isinstance(given, list) or not all(isinstance(table, dict) for table in given):
+        return
+    tables = [dict(declaration.flatten(table)) for table in given]
+    tables += [{} for _ in range(number - len(tables))]
+    names_file = isinstance(declaration.declared(key), Curve) and text
+    tables[number - 1][key] = Path(text).absolute() if names_file else text
+    data[declaration.name] = tables
 
 
 def _put_into_table(data: dict[str, Any], table: str, key: str, text: str) -> None:
@@ -297,10 +329,28 @@ def differences(tree: Any) -> Iterator[tuple[str, str]]:
         if not _has_another_text(standard, leaf.default, ambient, standard_ambient):
             continue
         text = leaf.declaration.render(leaf.default, ambient)
-        if leaf.declaration.is_table:
+        if leaf.declaration.is_array:
+            yield from _differences_of_array(leaf.key, text)
+        elif leaf.declaration.is_table:
             yield from ((joined(leaf.key, inner), each) for inner, each in dict(text or {}).items())
         else:
-            yield leaf.key, f"a curve of {len(leaf.default)} points" if isinstance(text, dict) else text or "not given"
+            yield leaf.key, _shown(text)
+
+
+def _shown(text: Any) -> str:
+    """What stands for a value that is printed as a text, a bare number or a curve."""
+    if isinstance(text, dict):
+        return f"a curve of {len(next(iter(text.values())))} points"
+    return f"{text:g}" if isinstance(text, float) else text or "not given"
+
+
+def _differences_of_array(name: str, tables: Any) -> Iterator[tuple[str, str]]:
+    """Keys of the tables of an array, each with its value as text; a table without a key is told, too."""
+    if not tables:
+        yield name, "not given"
+    for number, table in enumerate(tables, 1):
+        for key, value in table.items() or [("", "no key of its own")]:
+            yield joined(f"{name}[{number}]", key), _shown(value)
 
 
 def toml_of(path: Any) -> dict:

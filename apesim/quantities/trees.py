@@ -92,14 +92,27 @@ def due(cls: Any) -> dict[str, tuple[str, ...]]:
 
 
 def joined(*keys: str) -> str:
-    """Return a key of several parts, with dots between them; empty parts are left out."""
-    return ".".join(filter(None, keys))
+    """Return a key of several parts, with dots between them but before a bracket; empty parts are left out.
+
+    >>> joined("cylinder", "[2]", "valve.stroke")
+    'cylinder[2].valve.stroke'
+    """
+    return ".".join(filter(None, keys)).replace(".[", "[")
 
 
 @once_a_class
 def leaves_of(cls: Any) -> dict[str, Leaf]:
     """Return every key of a tree with the defaults of its classes, see `schema`; nobody may change what is returned."""
     return {leaf.key: leaf for leaf in schema(cls)}
+
+
+@once_a_class
+def sections_of(cls: Any) -> frozenset[str]:
+    """Return the keys of all sections of a tree, those in other sections among them."""
+    found = set()
+    for key in _sections_of(cls):
+        found |= {key, *(joined(key, inner) for inner in sections_of(fields(cls)[key]))}
+    return frozenset(found)
 
 
 @once_a_class

@@ -47,9 +47,21 @@ def read_recorded_machine(text: str) -> Machine:
         data["effects"] = {name: table for name, table in effects.items() if name in Effects._fields}
     curves = [leaf.key for leaf in schema(Machine) if isinstance(leaf.declaration, Curve)]
     named = [key for key in curves if _names_file(data, key)]
+    named += _find_files_of_cylinders(data.get("cylinder"))
     if named:
         raise InputError([Fault(WHERE, key, "names a file", "write the curve itself") for key in named])
     return read(Machine, data, WHERE)
+
+
+def _find_files_of_cylinders(tables: Any) -> list[str]:
+    """Keys of tables ``[[cylinder]]`` that hold a text where a curve is due."""
+    own: Any = {leaf.key: leaf.declaration for leaf in schema(Machine)}["cylinder"]
+    return [
+        f"cylinder[{number}].{key}"
+        for number, table in enumerate(tables if isinstance(tables, list) else [], 1)
+        for key, raw in (own.flatten(table) if isinstance(table, dict) else ())
+        if isinstance(own.declared(key), Curve) and isinstance(raw, str) and raw
+    ]
 
 
 def _names_file(data: Any, key: str) -> bool:

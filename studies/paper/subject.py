@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from apesim.engine.machine import Machine
+from apesim.quantities import Curve
 from apesim.quantities.settings import schema
 
 SECTIONS = ("air", "ambient", "valve", "effects")
@@ -23,7 +24,7 @@ def differences(machine: Machine, sections: Sequence[str] = SECTIONS) -> list[st
     for leaf, default in zip(schema(cls, machine), schema(cls), strict=True):
         if leaf.key.split(".")[0] not in sections or np.array_equal(leaf.default, default.default, equal_nan=True):
             continue
-        if isinstance(leaf.default, np.ndarray):
+        if isinstance(leaf.declaration, Curve):
             texts.append(f"{leaf.key} from a file of {len(leaf.default)} rows")
         else:
             ours, theirs = (each.declaration.render(each.default) or "not given" for each in (leaf, default))

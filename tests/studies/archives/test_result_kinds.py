@@ -192,6 +192,8 @@ def test_the_machine_of_an_archive_opens_no_file_and_runs_no_code(tmp_path, monk
     assert read_recorded_machine(text) == Machine().with_(effects_ring_leakage_area="0.1 mm^2")
     with pytest.raises(apesim.InputError, match=r"valve\.solenoid\.opening_curve: names a file"):
         read_recorded_machine('[valve.solenoid]\nopening_curve = "curve.csv"\n')
+    with pytest.raises(InputError, match=r"cylinder\[2\].valve.solenoid.opening_curve: names a file"):
+        read_recorded_machine('[[cylinder]]\n[[cylinder]]\nvalve.solenoid.opening_curve = "curve.csv"\n')
 
 
 @pytest.mark.parametrize("way", COPIES)
