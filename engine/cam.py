@@ -102,7 +102,7 @@ class Cam(NamedTuple):
         ['opens', 'closes', 'lift', 'flank']
         """
         if len(self.lift_curve):
-            yield from ((key, "engine.cam.lift_curve is given") for key in ("opens", "closes", "lift", "flank"))
+            yield from ((key, ".lift_curve is given") for key in ("opens", "closes", "lift", "flank"))
 
     def resolve_lift(self, stroke: float) -> "Cam":
         """Return the cam with the lift that it has in a machine: its own, or else the valve's `stroke` [m]."""

@@ -23,6 +23,14 @@ MAX_CYLINDERS = 8
 """Most cylinders of an engine: more are several engines on one shaft, and each costs a march."""
 
 
+def crank_faults(sizes: Any) -> Iterator[tuple[str, str, str]]:
+    """Find whether a crank of some ``stroke``, ``rod_length`` and ``pin_offset`` [m] cannot turn: key, wrong, right."""
+    shortest = 0.5 * sizes.stroke + abs(sizes.pin_offset)
+    if sizes.rod_length <= shortest:
+        right = f"more than half the stroke plus the pin offset, {shortest * 1e3:g} mm"
+        yield "rod_length", "the crank cannot turn", right
+
+
 class Engine(NamedTuple):
     """Engine, two-stroke: one intake event a revolution in each of its cylinders, which are alike unless given."""
 
@@ -72,13 +80,7 @@ class Engine(NamedTuple):
     def faults(self) -> Iterator[tuple[str, str, str]]:
         """Find what is wrong with the engine, beyond the ranges of single keys: key, wrong, right."""
         yield from self._faults_of_phases()
-        if self.rod_length <= 0.5 * self.stroke + abs(self.pin_offset):
-            shortest = (0.5 * self.stroke + abs(self.pin_offset)) * 1e3
-            yield (
-                "rod_length",
-                "the crank cannot turn",
-                f"more than half the stroke plus the pin offset, {shortest:g} mm",
-            )
+        yield from crank_faults(self)
 
     def _faults_of_phases(self) -> Iterator[tuple[str, str, str]]:
         """Find what is wrong with the phases: key, wrong, right."""

@@ -8,14 +8,15 @@ from typing import Annotated, Any, Literal, NamedTuple, Protocol, Self, TypeVar,
 
 from apesim.air import Air, Ambient
 from apesim.effect import Effect
-from apesim.engine.angles import DEGREE
+from apesim.engine.command import Command
 from apesim.engine.cylinder import MAX_CYLINDERS, Engine
 from apesim.engine.effects import Effects, unserved_effects
 from apesim.engine.first_keys import select_first_keys
 from apesim.engine.proportions import Unscaled, find_unscaled
+from apesim.engine.second_stage import InterReceiver, SecondStage
 from apesim.engine.shaft import Load, Shaft
 from apesim.engine.stated_uncertainties import KnownTo, find_odd_shares
-from apesim.quantities import Fault, InputError, Quantity, quoted
+from apesim.quantities import Fault, InputError, quoted
 from apesim.quantities.overrides import Overridden, Overrides
 from apesim.quantities.settings import differences, dumps, find_ignored_keys, overruled, replaced
 from apesim.quantities.trees import contents_of, with_value
@@ -27,44 +28,20 @@ from apesim.valve.rig import Rig
 from apesim.valve.supply import Supply
 
 
-def window_fault(early: str, late: str, angles: tuple[float, float]) -> tuple[str, str] | None:
-    """Find what is wrong with a window of the crank: wrong, right; None where nothing is.
-
-    `early` and `late` name its ends, `angles` are their crank angles [rad].
-
-    >>> window_fault("energise", "release", (0.0, 1.0)) is None
-    True
-    >>> wrong, right = window_fault("energise", "release", (1.0, 1.0))
-    >>> right
-    'give more than 0 and less than 360 deg after it'
-    """
-    duration = angles[1] - angles[0]
-    if 0.0 < duration < 2.0 * pi:
-        return None
-    first, last = (f"{angle / DEGREE:g} deg" for angle in angles)
-    side = f"{abs(duration) / DEGREE:g} deg {'after' if duration > 0.0 else 'before'}" if duration else "no later than"
-    return f"{late} at {last} is {side} {early} at {first}", "give more than 0 and less than 360 deg after it"
-
-
-class Command(NamedTuple):
-    """Command: crank angles at which the solenoids are switched, and the opening and closing intended by it."""
-
-    energise: Annotated[float, Quantity("deg", -360, 360, "chosen: 5 deg before TDC")] = -5.0 * DEGREE
-    release: Annotated[float, Quantity("deg", -360, 720, "chosen")] = 70.0 * DEGREE
-    open_target: Annotated[float, Quantity("deg", -360, 360, "chosen: the intended opening")] = -5.0 * DEGREE
-    close_target: Annotated[float, Quantity("deg", -360, 720, "chosen: the intended closing")] = 70.0 * DEGREE
-
-    def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the command, beyond the ranges of its single keys: key, wrong, right."""
-        for early, late in (("energise", "release"), ("open_target", "close_target")):
-            if fault := window_fault(early, late, (getattr(self, early), getattr(self, late))):
-                yield late, *fault
-
-
 def _faults_of_paths(where: str, key: str, paths: Iterable[Any]) -> list[Fault]:
     """Faults of what is given for paths and is none: a number would be taken for an open file."""
     strange = [path for path in paths if not isinstance(path, str | PathLike)]
     return [Fault(where, key, f"{quoted(path)} is no path", "give the path of a file") for path in strange]
+
+
+def groove_faults(valve: Valve, groove: Groove, section: str) -> Iterator[tuple[str, str, str]]:
+    """Find what is wrong with a groove, named by its `section`, in the piston of a valve: key, wrong, right."""
+    if groove.lap >= valve.stroke:
+        yield f"{section}.lap", "the groove never opens", f"less than the valve's stroke, {valve.stroke * 1e3:g} mm"
+    ports, round_piston = groove.ports, sqrt(4.0 * pi * valve.piston_area)
+    if groove.has_ports and ports.number * ports.diameter > round_piston:
+        room = f"number times diameter at most {round_piston * 1e3:.4g} mm, the way round the valve's piston"
+        yield f"{section}.ports.number", f"{ports.number:g} ports of {ports.diameter * 1e3:g} mm overlap", room
 
 
 MAX_DIFFERENCES = 8
@@ -91,6 +68,8 @@ class Sections(NamedTuple):
     command: Command = Command()
     shaft: Shaft = Shaft()
     load: Load = Load()
+    stage_2: SecondStage = SecondStage()
+    inter_receiver: InterReceiver = InterReceiver()
     rig: Rig = Rig()
     effects: Effects = Effects()
     cylinder: Annotated[
@@ -384,6 +363,15 @@ class Machine(Sections):
         more = [f"  and {len(changes) - len(lines)} keys more, see to_toml()"] * (len(changes) > len(lines))
         return "\n".join(["Machine that differs from the default one in", *lines, *more])
 
+    def overruled(self) -> Iterator[tuple[str, str]]:
+        """Find the sections that are not used because of others, and why.
+
+        >>> list(Machine().overruled())
+        [('inter_receiver', 'stage_2.bore is 0')]
+        """
+        if not self.stage_2.is_on:
+            yield "inter_receiver", "stage_2.bore is 0"
+
     def faults(self) -> Iterator[tuple[str, str, str]]:
         """Find what is wrong with the machine, beyond the faults of its single sections.
 
@@ -399,14 +387,15 @@ class Machine(Sections):
         >>> [key for key, wrong, right in Machine(groove=Groove(lap=20e-3)).faults()]
         ['groove.lap']
         """
-        if self.groove.lap >= self.valve.stroke:
-            stroke = f"{self.valve.stroke * 1e3:g} mm"
-            yield "groove.lap", "the groove never opens", f"less than the valve's stroke, {stroke}"
-        ports, round_piston = self.groove.ports, sqrt(4.0 * pi * self.valve.piston_area)
-        if self.groove.has_ports and ports.number * ports.diameter > round_piston:
-            room = f"number times diameter at most {round_piston * 1e3:.4g} mm, the way round the valve's piston"
-            yield "groove.ports.number", f"{ports.number:g} ports of {ports.diameter * 1e3:g} mm overlap", room
+        yield from groove_faults(self.valve, self.groove, "groove")
+        yield from groove_faults(self.valve, self.stage_2.groove, "stage_2.groove") if self.stage_2.is_on else ()
+        if self.stage_2.is_on and self.engine.cylinders > 1.0:
+            wrong = f"is {self.engine.cylinders:g} beside a second stage"
+            yield "engine.cylinders", wrong, "write 1: two stages have one cylinder each"
         yield from self._faults_of_cylinders()
         yield from find_odd_shares(self)
         for name in unserved_effects(self.effects):
             yield f"effects.{name}", "nothing that is computed knows it", "a file in valve/effects or engine/effects"
+
+
+Machine.due = {"stage_2": ("bore",)}  # type: ignore[attr-defined]

@@ -26,6 +26,7 @@ from apesim.march.periodic import (
     known_orbit,
     periodic_orbit,
 )
+from apesim.quantities import Fault, InputError
 from apesim.valve.effects import VALVE_LIBRARY
 from apesim.valve.exergy import VALVE_IMPACTS, impact_loss
 from apesim.valve.motion import put_at_rest
@@ -95,6 +96,7 @@ def run_steady(
     >>> run.orbit.cycles, run.orbit.converged
     (1, False)
     """
+    refuse_several(machine)
     p, tables, breakpoints = cycle_of(machine, speed)
     accuracy = accuracy_at(p, tolerance)
     start = start and _within_its_stops(p, start)
@@ -160,11 +162,34 @@ def run_steady(
     )
 
 
+def refuse_several(machine: Machine) -> None:
+    """Refuse an engine of several cylinders or stages, of which no periodic state is computed: raises InputError.
+
+    >>> refuse_several(Machine().with_(engine_cylinders=2))
+    Traceback (most recent call last):
+    ...
+    apesim.quantities.input_errors.InputError: machine: engine.cylinders: is 2, and one alone is marched; write 1
+    """
+    faults = []
+    if machine.engine.cylinders > 1.0:
+        wrong = f"is {machine.engine.cylinders:g}, and one alone is marched"
+        faults.append(Fault("machine", "engine.cylinders", wrong, "write 1"))
+    elif any(machine.cylinder):
+        wrong, right = "has keys of its own for the only cylinder", "write them in [valve], [groove] and [command]"
+        faults.append(Fault("machine", "cylinder[1]", wrong, right))
+    if machine.stage_2.is_on:
+        wrong = "switches a second stage on, and the first alone is marched"
+        faults.append(Fault("machine", "stage_2.bore", wrong, 'leave [stage_2] out, or write "0 mm"'))
+    if faults:
+        raise InputError(faults)
+
+
 def known_state(machine: Machine, speed: float) -> Known | None:
     """Find the periodic state of an operating point, from which those of similar machines take few cycles.
 
     `speed` of the crank [rad/s] is above 0. None where the machine does not settle to a period of one cycle.
     """
+    refuse_several(machine)
     p, tables, breakpoints = cycle_of(machine, speed)
     accuracy = accuracy_at(p)
     orbit = periodic_orbit(p, tables, *charged_at_rest(p), breakpoints, accuracy)

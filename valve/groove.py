@@ -45,11 +45,11 @@ class Groove(NamedTuple):
     def overruled(self) -> Iterator[tuple[str, str]]:
         """Find keys, or sections, that are not used because of others, and what is used in their place."""
         if len(self.area_curve):
-            yield from ((key, "groove.area_curve is given") for key in ("effective_area", "lap", "geometry", "ports"))
+            yield from ((key, ".area_curve is given") for key in ("effective_area", "lap", "geometry", "ports"))
         elif self.has_ports:
-            yield "effective_area", 'groove.geometry is "ports"'
+            yield "effective_area", '.geometry is "ports"'
         else:
-            yield "ports", 'groove.geometry is "line"'
+            yield "ports", '.geometry is "line"'
 
 
 def area_table(groove: Groove, stroke: float) -> np.ndarray:

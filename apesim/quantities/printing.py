@@ -91,7 +91,8 @@ def _section(
         value, default, name = getattr(tree, key), cls._field_defaults[key], joined(path, key)
         stated = value.stated(folder) if hasattr(value, "stated") else ()
         starts = f"{name}.", f"{name}["
-        if only is not None and not stated and not any(f"{each}.".startswith(starts) for each in only):
+        is_asked_for = only is None or key in wanted or any(f"{each}.".startswith(starts) for each in only)
+        if not is_asked_for and not stated:
             continue
 
         # A section. An optional one that is as by default becomes a comment: written out, it would count as given.

@@ -286,7 +286,8 @@ def _present(tree: Any, assigned: Collection[str]) -> dict[str, Any]:
     """Nested tables of the optional sections with assigned keys, as a file holds them: what is not as by default."""
     data: dict[str, Any] = {}
     cls = type(tree)
-    sections = {key.rpartition(".")[0] for key in assigned} & _keys_of_optional(cls).keys()
+    above = {key[:at] for key in assigned for at, sign in enumerate(key) if sign == "."}  # what they stand in
+    sections = above & _keys_of_optional(cls).keys()
     if not sections:
         return data
     ambient, standard_ambient, leaves = ambient_of(tree), ambient_of(cls), leaves_of(cls)

@@ -1,10 +1,10 @@
 """Trees: parameter classes in one another, and all their keys.
 
-A parameter class is a `NamedTuple` whose fields are declared with `apesim.quantities`, or are parameter
-classes themselves: the sections. A section that a file names starts from the defaults of its own class; one
-that is left out is as the class above has it. A method ``faults`` may yield
-``(key, what is wrong, what would be right)`` for what only several keys together show. A method ``overruled`` may
-yield ``(key or section, by what)`` for what is ignored. A method ``spellings`` of the class may give other ways to
+A parameter class is a `NamedTuple` whose fields are declared with `apesim.quantities`, or are parameter classes
+themselves: the sections. A section that a file names starts from the defaults of its own class; one that is left out is
+as the class above has it. A method ``faults`` may yield ``(key, what is wrong, what would be right)`` for what only
+several keys together show. A method ``overruled`` may yield ``(key or section, by what)`` for what is ignored; where
+that begins with a dot, it is a key of the same section. A method ``spellings`` of the class may give other ways to
 write a key, each a `Spelling` by its name: what is read and printed is the key alone.
 
 A class attribute ``due`` makes sections optional: to be present switches them on. It names, for each of these
@@ -171,7 +171,8 @@ def overruled(tree: Any, section: str = "") -> Iterator[tuple[str, str]]:
     for key, reason in getattr(tree, "overruled", tuple)():
         field, path = fields(type(tree))[key], joined(section, key)
         inner = [leaf.key for leaf in schema(field, section=path)] if is_section(field) else [path]
-        yield from ((leaf, reason) for leaf in inner)
+        why = f"{section}{reason}" if reason.startswith(".") else reason
+        yield from ((leaf, why) for leaf in inner)
 
 
 def schema(cls: Any, default: Any = None, section: str = "") -> Iterator[Leaf]:

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from apesim.air import Ambient
-from apesim.engine.machine import Machine, window_fault
+from apesim.engine.command import window_fault
+from apesim.engine.machine import Machine
 from apesim.engine.stated_uncertainties import KNOWN_TO
 from apesim.quantities import Arguments, Fault, InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.arguments import Given

@@ -11,8 +11,9 @@ import numpy as np
 from apesim.archive import Archive, Variable
 from apesim.archive.columns import NO_YES, column, run_axis, run_text, values_of
 from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.command import Command
 from apesim.engine.indicators import indicators
-from apesim.engine.machine import Command, Machine
+from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status

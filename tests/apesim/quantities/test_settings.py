@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from apesim.quantities import NO_CURVE, Choice, Curve, InputError, Pressure, Quantity
-from apesim.quantities.settings import dumps, load, read, schema
+from apesim.quantities.settings import dumps, load, overruled, read, schema
 
 
 class Ambient(NamedTuple):
@@ -668,3 +668,30 @@ def test_lines_are_not_too_long(tmp_path):
     assert lines[lines.index('# long = ""  # default: none') - 1].startswith("# 1 to 50 mm; chosen chosen")
     assert same(reloaded(curves, tmp_path), curves)
     assert same(reloaded(Curves(), tmp_path), Curves())
+
+
+# ---- what is ignored
+
+
+class Ignoring(NamedTuple):
+    """Lengths of which one makes the other void."""
+
+    long: Annotated[float, Quantity("mm", 0, 50, "chosen")] = 0.0
+    short: Annotated[float, Quantity("mm", 0, 50, "chosen")] = 1e-3
+
+    def overruled(self):
+        if self.long:
+            yield "short", ".long is given"
+            yield "short", "all else is given"
+
+
+class Twice(NamedTuple):
+    """The same section in two places."""
+
+    first: Ignoring = Ignoring()
+    second: Ignoring = Ignoring()
+
+
+def test_a_reason_that_begins_with_a_dot_is_a_key_of_the_same_section():
+    tree = Twice(second=Ignoring(long=1e-3))
+    assert list(overruled(tree)) == [("second.short", "second.long is given"), ("second.short", "all else is given")]
