@@ -89,12 +89,13 @@ class Sections(NamedTuple):
 
 
 AnyMachine = TypeVar("AnyMachine", bound="Machine")
+ReadMachine = TypeVar("ReadMachine", bound="Machine", covariant=True)
 
 
-class _Reader(Protocol[AnyMachine]):
+class _Reader(Protocol[ReadMachine]):
     """Type of `Machine.load`."""
 
-    def __call__(self, path: str | PathLike[str] | None = None, settings: Iterable[str] = ()) -> AnyMachine:
+    def __call__(self, path: str | PathLike[str] | None = None, settings: Iterable[str] = ()) -> ReadMachine:
         """Read a machine."""
         ...
 
@@ -364,8 +365,15 @@ class Machine(Sections):
         return "\n".join(["Machine that differs from the default one in", *lines, *more])
 
     def overruled(self) -> Iterator[tuple[str, str]]:
-        """Find the sections that are not used because of others, and why.
+        """Find the sections that are not used because of others.
 
+        Yields
+        ------
+        section, reason : str
+            Section of the machine file, and what is used in its place.
+
+        Examples
+        --------
         >>> list(Machine().overruled())
         [('inter_receiver', 'stage_2.bore is 0')]
         """

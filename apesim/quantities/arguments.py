@@ -109,8 +109,9 @@ def checked_value(given: Any, declaration: Declared, ambient_pressure: float | N
     two columns (n, 2). Gauge pressures stand above `ambient_pressure` [Pa abs]. Raises InvalidValue where it is
     refused.
     """
-    if declaration.is_array and isinstance(given, list | tuple) and any(isinstance(each, Mapping) for each in given):
-        return declaration.read_given(given, ambient_pressure)
+    read_given = getattr(declaration, "read_given", None)  # of an array of tables
+    if read_given and isinstance(given, list | tuple) and any(isinstance(each, Mapping) for each in given):
+        return read_given(given, ambient_pressure)
     if isinstance(given, str) or hasattr(given, "__fspath__") or (declaration.is_table and isinstance(given, Mapping)):
         return declaration.read(given, ambient_pressure)
     if isinstance(declaration, Quantity):

@@ -71,7 +71,7 @@ def _keep_declarations(cls: Any) -> None:
     """Describe the fields of a parameter class, and leave the types alone in its annotations."""
     from apesim.quantities.declarations import Declaration
 
-    texts = vars(cls).get("declared_texts", {})
+    texts = dict(getattr(cls, "declared_texts", {}))  # those of its base class, too
     for key, hint in list(cls.__annotations__.items()):
         if typing.get_origin(hint) is typing.Annotated:
             declared = [meta for meta in hint.__metadata__ if isinstance(meta, Declaration)]

@@ -686,7 +686,7 @@ class Ignoring(NamedTuple):
 
 
 class Twice(NamedTuple):
-    """The same section in two places."""
+    """A section in two places."""
 
     first: Ignoring = Ignoring()
     second: Ignoring = Ignoring()
