@@ -19,6 +19,8 @@ GAIN, OFFSET = "effects.sensor_gain.", "effects.sensor_offset."
 """What the keys of the machine file begin with that say what sensors read more."""
 STATED_BY_RUNS = ("supply.control_pressure", f"{GAIN}supply_pressure", f"{OFFSET}supply_temperature")
 """Keys that measured runs overrule, or that stand for how far their supply is known."""
+RARELY_MEANT = "effects.", "stage_2."
+"""What the keys begin with that a name without its section rarely means."""
 SECOND_EXHAUST = "engine.exhaust_2."
 """What the keys of the second exhaust valve begin with, which a machine need not have."""
 VALVE_IS_OFF = (
@@ -122,7 +124,7 @@ def _find_unknown(name: str, named: Mapping[str, str]) -> InvalidValue:
         return InvalidValue("is no number that can be known within a standard deviation", "leave it out")
     last = name.rpartition(".")[2]
     near = difflib.get_close_matches(name, named, n=1)
-    alike = [key for key in named if key.endswith(f".{last}") and not key.startswith("effects.")]
+    alike = [key for key in named if key.endswith(f".{last}") and not key.startswith(RARELY_MEANT)]
     is_clear = near and difflib.SequenceMatcher(None, name, near[0]).ratio() > MIN_LIKENESS
     keys = near if is_clear else alike[:3] or near
     right = f"did you mean {' or '.join(keys)}?" if keys else "write a key of the machine file, or sensor.lift.gain"

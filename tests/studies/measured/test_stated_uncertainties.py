@@ -105,7 +105,7 @@ def test_every_name_is_of_one_number_and_is_read_back():
     assert not faults
     assert set(known_to) == set(list_leaves())
     sections = {key.partition(".")[0] for key in known_to if not any(matters(key, bench) for bench in BENCHES)}
-    assert sections == {"command"}
+    assert sections == {"command", "shaft", "load", "stage_2", "inter_receiver"}
 
 
 @pytest.mark.parametrize("section", ["groove", "engine", "command"])
