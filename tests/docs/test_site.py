@@ -2,6 +2,8 @@
 
 import inspect
 import re
+import subprocess
+import sys
 import typing
 
 import pytest
@@ -195,6 +197,17 @@ def test_the_citation_on_the_first_page_is_that_of_the_file():
     assert f"version = {{{version}}}" in text and f"version {version}" in text
     assert text.count(doi) == 3
     assert text.count("{") == text.count("}")
+
+
+def test_every_section_of_a_machine_is_described():
+    """They stand in the base class of what users call."""
+    code = (
+        "from apesim.engine import machine\nfrom docs.extensions.reference import _keep_declarations as keep\n"
+        "keep(machine.Sections), keep(machine.Machine)\n"
+        "print(all(machine.Machine.declared_texts.get(name) for name in machine.Machine._fields))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert run.stdout.strip() == "True"
 
 
 def test_a_text_that_describes_several_constants_is_said_once():

@@ -99,6 +99,8 @@ def test_archives_hold_si_and_degrees(text, values, unit):
         (["air.model=ideal,foo"], [["--vary: air.model", "'foo'", '"thermally_perfect"']]),
         (["engine.intake=epv,cam"], [["--vary: engine.intake", "--intake"]]),
         (["known_to=1 mm"], [["--vary: known_to", "is a table", "vary a number"]]),
+        (["cylinder=1 mm"], [["--vary: cylinder", "is a table", "vary a number"]]),
+        (["engine.phases=1 deg, 2 deg"], [["--vary: engine.phases", "is a list", "vary a number"]]),
         (["groove.lap=1 mm", "groove.lap=2 mm"], [["--vary: groove.lap", "twice", "at once"]]),
         (["groove.lap=1 mm, 1000 um"], [["--vary: groove.lap", "'1 mm' is given twice", "once"]]),
         (["groove.lap=1:9", "engine.bore=9"], [["--vary: groove.lap"], ["--vary: engine.bore", "no unit"]]),
