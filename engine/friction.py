@@ -3,6 +3,7 @@
 from math import pi
 from typing import Annotated, NamedTuple
 
+from apesim.kernel import kernel
 from apesim.quantities import Quantity
 
 
@@ -23,6 +24,7 @@ class Friction(NamedTuple):
     piston_speed_squared: Annotated[float, Quantity("bar s^2/m^2", 0, 0.1, "Chen and Flynn")] = 0.0008e5
 
 
+@kernel
 def friction_mean_effective_pressure(friction: Friction, peak_pressure: float, piston_speed: float) -> float:
     """Friction mean effective pressure of a cycle by Chen and Flynn's correlation.
 
@@ -63,6 +65,7 @@ def friction_mean_effective_pressure(friction: Friction, peak_pressure: float, p
     )
 
 
+@kernel
 def mean_piston_speed(stroke: float, speed: float) -> float:
     """Mean speed of the piston, two strokes a turn: ``S_p = H omega/pi`` with the stroke H and the speed omega.
 

@@ -36,6 +36,7 @@ def piston_face(engine: Engine) -> float:
     return 0.25 * pi * engine.bore * engine.bore
 
 
+@kernel
 def swept_volume(engine: Engine) -> float:
     """Nominal swept volume of the cylinder, ``V_s = A_p H`` with the piston's area A_p and the stroke H.
 
@@ -195,3 +196,18 @@ def cylinder_volume(crank: Crank, angle: float) -> tuple[float, float]:
         crank.clearance + crank.face * (crank.highest - c - along),
         crank.face * (s + sideways * c / along),
     )
+
+
+@kernel
+def volume_curvature(crank: Crank, angle: float) -> float:
+    """Curvature d2V/dphi2 of the cylinder's volume over the crank angle [m3/rad2], from `cylinder_volume` by geometry.
+
+    At TDC without an offset it is A_p r (1 + r/l):
+
+    >>> round(volume_curvature(Crank(3.0, 5.0, 0.0, 8.0, 1.0, 0.0), 0.0), 9)
+    4.8
+    """
+    s, c = crank.radius * sin(angle), crank.radius * cos(angle)
+    sideways = s - crank.offset
+    along = sqrt(crank.rod * crank.rod - sideways * sideways)
+    return crank.face * (c + (c * c - sideways * s) / along + (sideways * c) ** 2 / along**3)

@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from apesim.engine.angles import TURN
+from apesim.kernel import kernel
 from apesim.quantities import NO_CURVE, Choice, Curve, Quantity
 
 BRAKE, HOIST = 0, 1
@@ -59,3 +60,74 @@ class Load(NamedTuple):
             yield "constant", f"{self.constant:g} N m would drive the shaft", 'at least 0 N m, or kind = "hoist"'
         if len(self.table) and self.table.min() < 0.0:
             yield "table", "has a speed or a torque below 0", "at least 0 in both columns: it acts against the motion"
+
+
+@kernel
+def breakaway_share(shaft: Shaft, speed: float) -> float:
+    """Friction at a speed over that without breakaway.
+
+    ``1 + (kappa - 1)(1 - (omega/omega_1)^2)^2`` below the speed omega_1, else 1, with the factor kappa at rest. This
+    shape is chosen; value and slope are continuous.
+
+    Parameters
+    ----------
+    shaft : Shaft
+        Breakaway factor kappa and speed omega_1 [rad/s].
+    speed : float
+        Speed omega of the shaft, of either sign [rad/s].
+
+    Returns
+    -------
+    float
+        Share, 1 and above.
+
+    Examples
+    --------
+    >>> [breakaway_share(Shaft(breakaway_factor=2.0, breakaway_speed=6.0), speed) for speed in (0.0, 3.0, -6.0)]
+    [2.0, 1.5625, 1.0]
+    """
+    share = (speed / shaft.breakaway_speed) ** 2
+    return 1.0 + (shaft.breakaway_factor - 1.0) * (1.0 - share) ** 2 if share < 1.0 else 1.0
+
+
+@kernel
+def brake_torque(load: Load, constant: float, table: np.ndarray, speed: float) -> float:
+    """Torque of a brake at a speed, ``L = c_0 + c_1 omega + c_2 omega^2 + table(omega)``; it acts against the motion.
+
+    The table is linear between its rows and constant beyond. The shape is chosen; c_2 alone is a fan.
+
+    Parameters
+    ----------
+    load : Load
+        Coefficients c_1 [N m s] and c_2 [N m s2].
+    constant : float
+        Constant part c_0, which may change with time [N m].
+    table : (n, 2) float array
+        Speed [rad/s] and torque [N m].
+    speed : float
+        Speed omega of the shaft without sign [rad/s].
+
+    Returns
+    -------
+    float
+        Torque [N m].
+
+    Examples
+    --------
+    >>> load, table = Load(proportional=0.5, quadratic=0.1), np.array([[0.0, 4.0], [20.0, 8.0]])
+    >>> [round(brake_torque(load, 1.0, table, speed), 9) for speed in (0.0, 10.0, 30.0)]
+    [5.0, 22.0, 114.0]
+    """
+    torque = constant + load.proportional * speed + load.quadratic * speed * speed
+    last = table.shape[0] - 1
+    if last < 0:
+        return torque
+    if speed <= table[0, 0] or last == 0:
+        return torque + table[0, 1]
+    if speed >= table[last, 0]:
+        return torque + table[last, 1]
+    i = 0
+    while speed > table[i + 1, 0]:
+        i += 1
+    share = (speed - table[i, 0]) / (table[i + 1, 0] - table[i, 0])
+    return torque + table[i, 1] + share * (table[i + 1, 1] - table[i, 1])

@@ -12,7 +12,20 @@ import numpy as np
 
 from apesim.kernel import entry, kernel
 from apesim.march.dormand_prince import dense, interpolant, slopes, stages, step_error, stiffness
-from apesim.march.hybrid_system import events, handle_event, observe, power, start_segment, step_share, zero_crossings
+from apesim.march.hybrid_system import (
+    event_count,
+    events,
+    finish_step,
+    handle_event,
+    is_final,
+    is_followed,
+    observe,
+    power,
+    segment_end,
+    start_segment,
+    step_share,
+    zero_crossings,
+)
 from apesim.march.rosenbrock import STAGES, implicit_error, implicit_interpolant, implicit_stages, slopes_of_rates
 
 
@@ -23,6 +36,7 @@ class Status(IntEnum):
     STEP_TOO_SMALL = 1
     TOO_MANY_EVENTS = 2
     TOO_MANY_EVALUATIONS = 3
+    STOPPED = 4
 
     @property
     def remedy(self) -> str:
@@ -33,8 +47,8 @@ class Status(IntEnum):
 TOLERANCE = 1e-7
 """Default tolerance of a step."""
 EVENTS = 17
-"""Room for the values of events and of zero crossings."""
-BREAKPOINT, ZERO_CROSSING = -1, 100
+"""Room for the values of events, of a machine that says no other number, and of zero crossings."""
+BREAKPOINT, ZERO_CROSSING = -1, 1000
 """Codes in the log: the end of a smooth stretch; zero crossing number n is ZERO_CROSSING + n."""
 EVALUATIONS_IN_A_STEP = 6
 """Evaluations of the rates in a step of either method, those at its start being known."""
@@ -84,6 +98,7 @@ REMEDIES = {
     Status.TOO_MANY_EVALUATIONS: f"the rates were evaluated more than {MAX_EVALUATIONS / 1e6:g} million times, or "
     f"{MAX_EVALUATIONS_TO_PERIODIC / 1e6:g} million times to the periodic state: the volumes are too small for their "
     "areas, or the time too long",
+    Status.STOPPED: "an event has ended it",
 }
 """Text of each status: what happened, and what to change."""
 
@@ -211,7 +226,7 @@ def _first_event(
 ) -> tuple[int, float]:
     """The first event in a step and its share of the step; (-1, 1) if there is none."""
     found, share = -1, 1.0
-    for event in range(EVENTS):
+    for event in range(g.shape[0]):
         if g_end[event] <= 0.0:
             continue
         low = 0.0
@@ -442,23 +457,29 @@ def march(
     scale = accuracy.scale
     n = scale.shape[0]
     noting = log.shape[0] > 0
+    following = noting and is_followed(p)
 
     # Room for stages, dense output, implicit steps and events, once for the whole march: compiled code makes no arrays.
     k, c = np.zeros((7, y.shape[0])), np.zeros((5, n))
     trial, at, slope = y.copy(), np.empty(n), np.empty(y.shape[0])
     u, implicit = np.zeros((STAGES, y.shape[0])), False
     jacobian, room, has_jacobian = np.empty((y.shape[0], n + 1)), np.empty((n, n + 2)), False
-    g, g_end = np.full(EVENTS, -1.0), np.full(EVENTS, -1.0)
+    count = event_count(p)
+    g, g_end = np.full(count, -1.0), np.full(count, -1.0)
     w, w_end = np.zeros(EVENTS), np.zeros(EVENTS)
     steps = rejected = evaluations = happened = logged = sampled = 0
     work = 0.0
     last_error, was_rejected = MIN_LAST_ERROR, False
     h_next = FIRST_STEP * accuracy.max_step
-    for breakpoint in breakpoints:
-        if breakpoint <= t:
+    number = 0
+    while number < breakpoints.shape[0]:
+        if breakpoints[number] <= t:
+            number += 1
             continue
 
-        # A smooth stretch begins: the rates jump at a breakpoint, so the slopes of the last step are of no use.
+        # A smooth stretch begins: the rates jump at a breakpoint, so the slopes of the last step are of no use. It may
+        # end before the next breakpoint, where the machine has found out on the way.
+        breakpoint = segment_end(p, tables, t, breakpoints[number], mode)
         start_segment(p, tables, t, breakpoint, y, mode)
         slopes(p, t, y, mode, k[0])
         zero_crossings(p, t, y, k[0], mode, w)
@@ -514,7 +535,7 @@ def march(
             events(p, t + h, trial, mode, g_end)
             event, share = -1, 1.0
             hit = False
-            for i in range(EVENTS):
+            for i in range(count):
                 hit = hit or g_end[i] > 0.0
             if hit:
                 _interpolant(h, y, trial, implicit, k, u, c)
@@ -534,14 +555,16 @@ def march(
             steps += 1
             end = breakpoint if event < 0 and h == whole else t + h
             sampling = sampled < times.shape[0] and times[sampled] <= end
-            if noting or sampling:
+            if following or sampling:
                 _interpolant(h, y, trial, implicit, k, u, c)
-            if noting:
+            if following:
                 zero_crossings(p, t + h, trial, k[6], mode, w_end)
                 logged = _locate_zero_crossings(p, t, h, c, mode, at, slope, g, w, w_end, log, logged)
                 work += _quadrature(p, t, h, c, at)
             if sampling:
                 sampled = _sample(p, t, h, end, c, mode, at, times, trace, sampled)
+
+            finish_step(p, t, h, y, k[0], trial, k[6], mode)
 
             # Whether it was stability that held it short. A stretch that proves stiff stays so to the end of the march:
             # to go back would mean to prove it again.
@@ -560,6 +583,9 @@ def march(
                 return Outcome(Status.TOO_MANY_EVENTS, steps, rejected, evaluations, happened, logged, work)
             logged = _note(log, logged, t, event, 0.0, y)
             handle_event(p, tables, event, t, y, mode)
+            if is_final(p, event, mode):
+                return Outcome(Status.STOPPED, steps, rejected, evaluations, happened, logged, work)
+            breakpoint = segment_end(p, tables, t, breakpoints[number], mode)
             slopes(p, t, y, mode, k[0])
             zero_crossings(p, t, y, k[0], mode, w)
     logged = _note(log, logged, t, BREAKPOINT, 0.0, y)

@@ -255,3 +255,95 @@ def observe(p: Any, t: float, y: np.ndarray, mode: np.ndarray, row: np.ndarray) 
     >>> row.tolist()
     [0.0, 0.0]
     """
+
+
+@by_type
+def event_count(p: Any) -> int:
+    """Return how many events a machine has at most, by its parameters.
+
+    >>> event_count(())
+    17
+    """
+    return 17
+
+
+@by_type
+def segment_end(p: Any, tables: Any, t: float, breakpoint: float, mode: np.ndarray) -> float:
+    """Return when the smooth stretch that lasts at a time ends at the latest: the next breakpoint, or before it [s].
+
+    It is asked for as a stretch begins, and after every event: an event may bring an end with it that was not foreseen.
+
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+    tables : NamedTuple
+        Arrays of the machine.
+    t : float
+        Time [s].
+    breakpoint : float
+        Next breakpoint of the march [s].
+    mode : (k,) float array
+        Modes of the machine; may be changed.
+
+    Returns
+    -------
+    float
+        Time, not before `t`; the breakpoint for a machine that registers none [s].
+
+    Examples
+    --------
+    >>> segment_end((), (), 0.0, 1.0, np.zeros(1))
+    1.0
+    """
+    return breakpoint
+
+
+@by_type
+def finish_step(
+    p: Any, t: float, h: float, y: np.ndarray, dy: np.ndarray, y_end: np.ndarray, dy_end: np.ndarray, mode: np.ndarray
+) -> None:
+    """Look at an accepted step, to keep extremes: it may change what the ledger holds at its end, and no state.
+
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+    t, h : float
+        Start and length of the step [s].
+    y, dy : (m,) float array
+        State and ledger at its start, and their rates.
+    y_end, dy_end : (m,) float array
+        State and ledger at its end, which may be changed, and their rates.
+    mode : (k,) float array
+        Modes of the machine.
+
+    Examples
+    --------
+    A machine that registers none keeps nothing:
+
+    >>> y_end = np.ones(1)
+    >>> finish_step((), 0.0, 1.0, np.zeros(1), np.ones(1), y_end, np.ones(1), np.zeros(1))
+    >>> y_end.tolist()
+    [1.0]
+    """
+
+
+@by_type
+def is_final(p: Any, event: int, mode: np.ndarray) -> bool:
+    """Return whether an event, once handled, ends the march; False for a machine that registers none.
+
+    >>> is_final((), 0, np.zeros(1))
+    False
+    """
+    return False
+
+
+@by_type
+def is_followed(p: Any) -> bool:
+    """Return whether a march that notes follows zero crossings and the power, too; False spares a machine's time.
+
+    >>> is_followed(())
+    True
+    """
+    return True

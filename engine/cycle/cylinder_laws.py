@@ -55,7 +55,7 @@ from apesim.engine.cycle.state import (
     update_ledgers,
     update_states,
 )
-from apesim.engine.cylinder import CAM, EPV, indicated_power
+from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE, indicated_power
 from apesim.engine.exergy import add_exergy_rates
 from apesim.kernel import kernel
 from apesim.restriction import NO_FLOW, Flow
@@ -275,12 +275,21 @@ def start_cylinder_segment(
     if p.engine.intake == EPV:
         start_actuator_segment(p.actuator, tables.valve, t, t_end, y, mode, supply_of(p, y, now.receiver))
         start_line_segment(p.actuator, control_air(p, y, now.receiver), mode)
-    elif p.engine.intake == CAM:
+    start_window(p, tables, now, middle, y, mode)
+
+
+@kernel
+def start_window(p: Cycle, tables: CycleTables, now: Instant, middle: float, y: np.ndarray, mode: np.ndarray) -> None:
+    """Set the modes that depend on the crank angle alone, and with them the regimes and branches, in `mode` (MODES,).
+
+    `middle` is a crank angle within the window [rad]; `y` (>= LEDGER,) is the state vector.
+    """
+    if p.engine.intake == CAM:
         if p.has_lift_curve:
             mode[LIFT], mode[LIFT_SLOPE] = lift_line(tables.cam, middle)
         mode[PIECE] = piece_of(tables.valve.groove, intake_lift(p, middle, y, mode))
         take_piece(tables.valve, mode)
-    else:
+    elif p.engine.intake == IDEAL_VALVE:
         mode[INTAKE_OPEN] = 1.0 if (middle - p.open_target) % TURN < p.close_target - p.open_target else 0.0
     start_exchange_segment(p, now, middle, y, mode)
     mode[BRANCHES] = effect_branches(p, now, y)

@@ -283,7 +283,8 @@ def cylinder_state(p: Cycle, now: Instant, y: np.ndarray) -> tuple[CylinderState
     gas, ambient = p.actuator.gas, p.actuator.ambient
     air = chamber_state(gas, cylinder_gas(y), volume)
     intake = intake_state(p, y, now.receiver) if len(p.effects) > 0 else p.supply
-    return CylinderState(gas, ambient, p.engine, p.speed, now.angle, volume, air, intake, now.behind_exhaust), slope
+    speed = abs(p.speed)  # of a crank that turns backwards, too
+    return CylinderState(gas, ambient, p.engine, speed, now.angle, volume, air, intake, now.behind_exhaust), slope
 
 
 @kernel

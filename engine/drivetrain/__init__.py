@@ -1,0 +1,6 @@
+"""Drivetrain: cylinders on one shaft, whose speed is a state or imposed over time, marched in time.
+
+state (what is integrated, and the numbers of states, ledgers and modes), corners (angles at which something switches,
+and the edges of commands), shaft_balance (torques on the shaft, rest and breakaway), rates (the coupled march),
+preparing (a machine as the march takes it, at rest), run (marches over time), start (starts from rest).
+"""

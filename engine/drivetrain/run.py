@@ -1,0 +1,303 @@
+"""Runs of a drivetrain over time: in pieces, with a row for each revolution, events and traces."""
+
+from collections.abc import Callable, Iterator
+from enum import Enum
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.engine.angles import TURN
+from apesim.engine.cycle.cylinder_laws import TRACE
+from apesim.engine.cycle.state import control_ledger, engine_ledger
+from apesim.engine.drivetrain.preparing import TRANSIENT_TOLERANCE, Prepared, accuracy_of
+from apesim.engine.drivetrain.rates import (
+    BROKE_AWAY,
+    HALTED,
+    HELD_LONG,
+    OWN_EVENTS,
+    REACHED_ANGLE,
+    REACHED_SPEED,
+    REVOLVED,
+    SHAFT_TRACE,
+)
+from apesim.engine.drivetrain.state import (
+    ANGLE,
+    DIRECTION,
+    ENERGISE,
+    EXCHANGED_HEAT,
+    FRICTION_WORK,
+    GAS_WORK,
+    LOAD_WORK,
+    MAX_PRESSURE,
+    MAX_RECEIVER,
+    MAX_SPEED,
+    MAX_TORQUE,
+    MIN_RECEIVER,
+    MIN_SPEED,
+    MIN_TORQUE,
+    SPEED,
+    WALL_HEAT,
+    block_of,
+    cylinder_of,
+    ledger_at,
+    ledger_place,
+    own_extremes,
+    own_modes,
+    shaft_extremes,
+    shaft_ledger,
+    shaft_modes,
+    shaft_states,
+)
+from apesim.march.adaptive import LOG_HEAD, MAX_EVENTS, Status, march
+from apesim.valve.ledger import valve_states
+from apesim.valve.motion import CORNER
+
+LONGEST_PIECE = 0.25
+"""Longest time that is marched at once [s]; chosen."""
+EVENTS_A_REVOLUTION = 60
+"""Events of a cylinder in a revolution, at most as many as are usual; a piece has room for `MAX_EVENTS` with twice that
+speed."""
+SLOWEST = 5.0
+"""Speed below which a piece is no longer [rad/s]; chosen."""
+AT_LAP = 1e-6
+"""Distance from the lap at which a corner of the groove's table is the lap [m]; chosen, far above rounding."""
+
+
+class EventKind(Enum):
+    """What happens to a shaft, with its number among the events of the shaft."""
+
+    FIRST_MOTION = "first motion"
+    HALT = "speed zero"
+    REST = "at rest"
+    ANGLE_REACHED = "angle reached"
+    SPEED_REACHED = "speed reached"
+    HELD = "held"
+
+
+KINDS = {
+    BROKE_AWAY: EventKind.FIRST_MOTION,
+    HALTED: EventKind.HALT,
+    REACHED_ANGLE: EventKind.ANGLE_REACHED,
+    REACHED_SPEED: EventKind.SPEED_REACHED,
+    HELD_LONG: EventKind.HELD,
+}
+"""Kind of each event of the shaft that is told."""
+
+
+class ShaftEvent(NamedTuple):
+    """Event of the shaft."""
+
+    kind: EventKind
+    """What happened."""
+    time: float
+    """When [s]."""
+    angle: float
+    """Angle of the shaft from where its angles are counted [rad]."""
+    speed: float
+    """Its speed [rad/s]."""
+    engine_air: float
+    """Air through all grooves since the start [kg]."""
+    control_air: float
+    """Control air since the start [kg]."""
+
+
+REVOLUTION = (
+    *("start", "duration", "gas_work", "friction_work", "load_work", "engine_air", "control_air", "exchanged_heat"),
+    *("min_speed", "max_speed", "min_torque", "max_torque", "wall_heat"),
+)
+"""Quantities of a revolution: times [s], works [J], masses [kg], heats [J], extremes of speed [rad/s] and torque [N m].
+"""
+OWN_REVOLUTION = (
+    "gas_work",
+    "engine_air",
+    "control_air",
+    "max_pressure",
+    "min_receiver",
+    "max_receiver",
+    "open",
+    "close",
+)
+"""Quantities of each cylinder in a revolution: work above ambient pressure [J], masses [kg], pressures [Pa abs], own
+angles at which its valve opened and closed last [rad]."""
+
+
+class DrivetrainRun(NamedTuple):
+    """March of a drivetrain over time."""
+
+    revolutions: dict[str, np.ndarray]
+    """`REVOLUTION` of each whole revolution, (r,) each; the duration of a backward one is negative."""
+    cylinders: dict[str, np.ndarray]
+    """`OWN_REVOLUTION` of each cylinder in each of them, (r, n) each."""
+    events: tuple[ShaftEvent, ...]
+    """Events of the shaft."""
+    times: np.ndarray
+    """Times of the trace [s], (t,)."""
+    trace: np.ndarray
+    """Rows of the trace, see `apesim.engine.drivetrain.rates.observe_drivetrain`, (t, c)."""
+    duration: float
+    """Time marched [s]."""
+    turns: float
+    """Turns of the shaft from where its angles are counted."""
+    y: np.ndarray
+    """State vector at the end."""
+    mode: np.ndarray
+    """Modes at the end."""
+    status: Status
+    """How the march ended."""
+    steps: int
+    """Steps in all."""
+
+
+class _Books:
+    """What is read off the logs of the pieces of a march."""
+
+    def __init__(self, prepared: Prepared) -> None:
+        self.p = prepared.p
+        self.count = len(self.p.numbers)
+        self.turns = 0
+        self.rows: list[list[float]] = []
+        self.own_rows: list[np.ndarray] = []
+        self.events: list[ShaftEvent] = []
+        self.angles = np.full((2, self.count), np.nan)
+        self.laps = [cylinder_of(self.p, prepared.y, prepared.mode, i) for i in range(self.count)]
+        self.began: tuple[float, np.ndarray] | None = None
+        self.sense = 1
+        if prepared.y[shaft_states(self.p) + ANGLE] == 0.0:
+            self.began = 0.0, prepared.y.copy()
+
+    def take(self, log: np.ndarray, starts: np.ndarray) -> None:
+        """Take the log of a piece; `starts` are the angles from which openings are counted, (n,) [rad]."""
+        first = OWN_EVENTS * self.count
+        for row in log:
+            code = int(row[1])
+            if code < 0:
+                continue
+            y = row[LOG_HEAD:]
+            if code < first:
+                i, own_event = divmod(code, OWN_EVENTS)
+                if own_event == CORNER:
+                    self._note_lap(i, y, starts[i])
+                continue
+            if code - first == REVOLVED:
+                self._end_revolution(row[0], y)
+            elif (kind := KINDS.get(code - first)) is not None:
+                self.events.append(self._event(kind, row[0], y))
+
+    def _event(self, kind: EventKind, time: float, y: np.ndarray) -> ShaftEvent:
+        """An event of the shaft at a state."""
+        shaft = shaft_states(self.p)
+        angle, speed = TURN * self.turns + y[shaft + ANGLE], y[shaft + SPEED]
+        engine, control = air_of(self.p, y)
+        return ShaftEvent(kind, time, float(angle), float(speed), float(engine.sum()), float(control.sum()))
+
+    def _note_lap(self, i: int, y: np.ndarray, start: float) -> None:
+        """Note the own angle at which the valve of a cylinder crosses its lap."""
+        valve, states = self.laps[i].actuator.valve, valve_states(block_of(y, i))
+        if abs(valve.stroke - states.position - self.laps[i].lap) < AT_LAP:
+            angle = y[shaft_states(self.p) + ANGLE] - self.p.phases[i]
+            self.angles[int(states.speed > 0.0), i] = start + (angle - start) % TURN
+
+    def _end_revolution(self, time: float, y: np.ndarray) -> None:
+        """End a revolution; one that the shaft does not finish the way it began is none."""
+        turn = 1 if y[shaft_states(self.p) + ANGLE] > pi else -1
+        if self.began and turn == self.sense:
+            before_time, before = self.began
+            ledger, extremes = shaft_ledger(self.p), shaft_extremes(self.p)
+            change = y[:extremes] - before[:extremes]
+            (engine, control), gas = air_of(self.p, change), gas_work_of(self.p, change)
+            self.rows.append(
+                [
+                    before_time,
+                    turn * (time - before_time),
+                    change[ledger + GAS_WORK],
+                    change[ledger + FRICTION_WORK],
+                    change[ledger + LOAD_WORK],
+                    engine.sum(),
+                    control.sum(),
+                    change[ledger + EXCHANGED_HEAT],
+                    *y[[extremes + MIN_SPEED, extremes + MAX_SPEED, extremes + MIN_TORQUE, extremes + MAX_TORQUE]],
+                    change[ledger + WALL_HEAT],
+                ]
+            )
+            own = [own_extremes(self.p, i) for i in range(self.count)]
+            pressures = [y[[place + which for place in own]] for which in (MAX_PRESSURE, MIN_RECEIVER, MAX_RECEIVER)]
+            self.own_rows.append(np.array([gas, engine, control, *pressures, *self.angles]))
+        self.turns += turn
+        self.began, self.sense = (time, y.copy()), turn
+        self.angles = np.full((2, self.count), np.nan)
+
+
+def air_of(p: object, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Read the air through the grooves and the control air of all cylinders [kg], (n,) each, from a state vector."""
+    ledgers = [ledger_at(y, ledger_place(p, i)) for i in range(len(p.numbers))]  # type: ignore[attr-defined]
+    grooves = [engine_ledger(ledger).groove.mass for ledger in ledgers]
+    return np.array(grooves), np.array([control_ledger(ledger).line_fed.mass for ledger in ledgers])
+
+
+def gas_work_of(p: object, change: np.ndarray) -> np.ndarray:
+    """Work of the gas in each cylinder over whole revolutions [J], (n,), from the change of a state vector."""
+    return np.array([engine_ledger(ledger_at(change, ledger_place(p, i))).work for i in range(len(p.numbers))])  # type: ignore[attr-defined]
+
+
+def run_drivetrain(
+    prepared: Prepared,
+    duration: float,
+    times: np.ndarray | None = None,
+    tolerance: float = TRANSIENT_TOLERANCE,
+    report: Callable[[float], object] | None = None,
+    ends: Callable[[list[list[float]]], bool] | None = None,
+) -> DrivetrainRun:
+    """March a drivetrain for a time [s], or until it has reached what it waits for.
+
+    `times` (t,) [s] are those of the trace, ascending. `report` is told the time reached after each piece; `ends` is
+    asked then, with the rows of `REVOLUTION` so far, whether the march is to end.
+    """
+    p, tables, y, mode, breakpoints = prepared
+    y, mode = y.copy(), mode.copy()
+    times = np.empty(0) if times is None else times
+    books, count = _Books(prepared), len(p.numbers)
+    trace = np.full((len(times), len(SHAFT_TRACE) + count * len(TRACE)), np.nan)
+    log = np.empty((MAX_EVENTS + 100 + 2 * len(breakpoints), LOG_HEAD + len(y)))
+    accuracy, t, steps, status = accuracy_of(p, tolerance), 0.0, 0, Status.DONE
+    while t < duration and status == Status.DONE:
+        speed = max(abs(y[shaft_states(p) + SPEED]), SLOWEST)
+        piece = min(LONGEST_PIECE, MAX_EVENTS / (2.0 * EVENTS_A_REVOLUTION * count) * TURN / speed)
+        end = min(duration, t + piece)
+        stops = np.append(breakpoints[(breakpoints > t) & (breakpoints < end)], end)
+        begin, stop = np.searchsorted(times, [t, end], side="left" if t == 0.0 else "right")
+        stop = np.searchsorted(times, end, side="right")
+        starts = np.array([own_modes(mode, i)[ENERGISE] for i in range(count)])
+        outcome = march(p, tables, t, y, mode, stops, accuracy, log, times[begin:stop], trace[begin:stop])
+        books.take(log[: outcome.logged], starts)
+        t, steps, status = float(log[outcome.logged - 1, 0]), steps + outcome.steps, Status(outcome.status)
+        if report:
+            report(t)
+        if ends and ends(books.rows):
+            break
+    rows = np.array(books.rows).reshape(-1, len(REVOLUTION))
+    own = np.array(books.own_rows).reshape(-1, len(OWN_REVOLUTION), count)
+    reached = times <= t
+    return DrivetrainRun(
+        dict(zip(REVOLUTION, rows.T, strict=True)),
+        {name: own[:, i] for i, name in enumerate(OWN_REVOLUTION)},
+        tuple(_told(books.events, mode[shaft_modes(p) + DIRECTION] == 0.0)),
+        times[reached],
+        trace[reached],
+        t,
+        books.turns + y[shaft_states(p) + ANGLE] / TURN,
+        y,
+        mode,
+        status,
+        steps,
+    )
+
+
+def _told(events: list[ShaftEvent], is_held: bool) -> Iterator[ShaftEvent]:
+    """Events as they are told: a halt that the shaft does not leave is where it is at rest."""
+    for i, event in enumerate(events):
+        leaves = any(later.kind is EventKind.HALT for later in events[i + 1 :])
+        if event.kind is EventKind.HALT and is_held and not leaves:
+            yield event._replace(kind=EventKind.REST)
+        else:
+            yield event
