@@ -148,7 +148,7 @@ def now_of(engine, angle, y, regulated):
     ----------
     engine : Engine
     angle : float
-    y : float array
+    y : list of float
     regulated : pair of float
         Control air behind the regulator.
 
@@ -157,7 +157,6 @@ def now_of(engine, angle, y, regulated):
     Now
     control, receiver, supply : pair of float
     """
-    y = y.tolist()
     supply = engine_supply(engine)
     receiver = supply if isinf(engine.receiver_volume) else (y[RECEIVER_PRESSURE], y[RECEIVER_TEMPERATURE])
     control = receiver if engine.control_from_receiver else regulated
@@ -189,6 +188,82 @@ def cylinder_rates(engine, now, swell, mass, heat):
     return gas_rates(valve, now.cylinder, now.volume, swell, mass - into, heat - into * carried)
 
 
+class Breath(NamedTuple):
+    """What a cylinder and its valve do at an instant."""
+
+    motion: list
+    """Rates of the valve's six states."""
+    cylinder: list
+    """Rates of pressure [Pa/s] and temperature [K/s] in the cylinder."""
+    added: list
+    """Rates of the further states of line and creep, then of the pipe's."""
+    power: float
+    """Power of the gas on the piston, above the ambient's [W]."""
+    groove: float
+    """Mass into the cylinder [kg/s]."""
+    drawn: float
+    """Control air [kg/s]."""
+    taken: tuple
+    """Mass [kg/s] and enthalpy [W] that leave the receiver."""
+
+
+def breathe(engine, now, control, before, phase, fractions, speed, intake):
+    """Rates of one cylinder, its valve and its pipe.
+
+    Parameters
+    ----------
+    engine : Engine
+    now : Now
+    control, before : pair of float
+        Control air; air in the receiver.
+    phase : str
+        Of the valve's piston.
+    fractions : pair of float
+        Energised fractions of solenoids A and B.
+    speed : float
+        [rad/s]
+    intake : pair of float
+        Angle [rad] and position of the valve's piston [m] by which the intake's area goes.
+
+    Returns
+    -------
+    Breath
+    """
+    valve, sums = engine.valve, sums_of(engine.valve.terms, now)
+    motion, added, drawn = [0.0] * CYLINDER_PRESSURE, [0.0] * len(further_states(valve, control)[0]), (0.0, 0.0)
+    if engine.intake == "epv":
+        motion, drawn = valve_rates(valve, now, sums, phase, *fractions)
+        added, drawn = further_rates(valve, now, drawn, control)
+    groove, carried = inflow(valve, intake_area(engine, *intake), now.cylinder, now.receiver)
+    behind = valve.ambient_pressure * (1.0 + (engine.exhaust_swing(now.angle) if engine.exhaust_swing else 0.0))
+    behind += engine.exhaust_excess
+    back, back_carried = inflow(
+        valve,
+        engine.exhaust_area * opened(now.angle, engine.exhaust),
+        now.cylinder,
+        (behind, valve.ambient_temperature),
+    )
+    mass, heat = groove + back + sums[MASS_CYLINDER], carried + back_carried + sums[HEAT_CYLINDER]
+    cylinder = cylinder_rates(engine, now, now.slope * speed, mass, heat)
+    out, out_carried = groove, carried
+    if engine.pipe_volume:
+        out, out_carried = inflow(valve, engine.pipe_area, now.receiver, before)
+        mass, heat = out - groove, out_carried - carried
+        added = added + gas_rates(valve, now.receiver, engine.pipe_volume, 0.0, mass, heat)
+    share = float(engine.control_from_receiver)
+    taken = out + share * drawn[0] - sums[MASS_RECEIVER], out_carried + share * drawn[1] - sums[HEAT_RECEIVER]
+    power = (now.cylinder[0] - valve.ambient_pressure) * now.slope * speed
+    return Breath(motion, cylinder, added, power, groove, drawn[0], taken)
+
+
+def receiver_rates(engine, receiver, supply, taken):
+    """Rates of pressure [Pa/s] and temperature [K/s] in the receiver, of which mass and enthalpy are taken."""
+    if isinf(engine.receiver_volume):
+        return [0.0, 0.0]
+    mass, heat = inflow(engine.valve, engine.feed_area, receiver, supply)
+    return gas_rates(engine.valve, receiver, engine.receiver_volume, 0.0, mass - taken[0], heat - taken[1])
+
+
 def rates_of(engine, speed):
     """Functions of crank angle and state: the rates of the states over crank angle, which want the phase too, and the
     push on the piston, see `truth.simulator.piston.exits`."""
@@ -196,45 +271,20 @@ def rates_of(engine, speed):
     fixed = valve.supply_pressure, valve.supply_temperature
 
     def here(angle, y):
-        return now_of(engine, angle, y, supply_at(valve, fixed, edges, (angle - engine.energise) / speed))
+        return now_of(engine, angle, y.tolist(), supply_at(valve, fixed, edges, (angle - engine.energise) / speed))
 
     def push(angle, y):
         return push_of(valve, here(angle, y)[0])
 
     def rates(angle, y, phase):
         now, control, before, supply = here(angle, y)
-        sums = sums_of(valve.terms, now)
-        motion, added, drawn = [0.0] * CYLINDER_PRESSURE, [0.0] * (len(y) - STATES), (0.0, 0.0)
-        if engine.intake == "epv":
-            since = (angle - engine.energise) / speed
-            x_a, x_b = (energised(valve, edges, delay, since) for delay in (valve.delay_a, valve.delay_b))
-            motion, drawn = valve_rates(valve, now, sums, phase, x_a, x_b)
-            added, drawn = further_rates(valve, now, drawn, control)
-        groove, carried = inflow(valve, intake_area(engine, angle, now.position), now.cylinder, now.receiver)
-        behind = valve.ambient_pressure * (1.0 + (engine.exhaust_swing(angle) if engine.exhaust_swing else 0.0))
-        behind += engine.exhaust_excess
-        back, back_carried = inflow(
-            valve,
-            engine.exhaust_area * opened(angle, engine.exhaust),
-            now.cylinder,
-            (behind, valve.ambient_temperature),
-        )
-        mass, heat = groove + back + sums[MASS_CYLINDER], carried + back_carried + sums[HEAT_CYLINDER]
-        cylinder = cylinder_rates(engine, now, now.slope * speed, mass, heat)
-        out, out_carried = groove, carried
-        if engine.pipe_volume:
-            out, out_carried = inflow(valve, engine.pipe_area, now.receiver, before)
-            mass, heat = out - groove, out_carried - carried
-            added = added[: len(y) - STATES - 2] + gas_rates(valve, now.receiver, engine.pipe_volume, 0.0, mass, heat)
-        receiver = [0.0, 0.0]
-        if not isinf(engine.receiver_volume):
-            mass, heat = inflow(valve, engine.feed_area, before, supply)
-            share = float(engine.control_from_receiver)
-            mass += sums[MASS_RECEIVER] - out - share * drawn[0]
-            heat += sums[HEAT_RECEIVER] - out_carried - share * drawn[1]
-            receiver = gas_rates(valve, before, engine.receiver_volume, 0.0, mass, heat)
-        power = (now.cylinder[0] - valve.ambient_pressure) * now.slope * speed
-        return [rate / speed for rate in (*motion, *cylinder, *receiver, power, groove, drawn[0], *added)]
+        since = (angle - engine.energise) / speed
+        fractions = [energised(valve, edges, delay, since) for delay in (valve.delay_a, valve.delay_b)]
+        breath = breathe(engine, now, control, before, phase, fractions, speed, (angle, now.position))
+        receiver = receiver_rates(engine, before, supply, breath.taken)
+        groove, drawn = breath.groove, breath.drawn
+        own = *breath.motion, *breath.cylinder, *receiver, breath.power, groove, drawn, *breath.added
+        return [rate / speed for rate in own]
 
     return rates, push
 
