@@ -1,1 +1,1 @@
-"""Independent simulators of valve, engine and cylinder, and what their sensors see."""
+"""Independent simulators of valve, engine, engine in transients and cylinder, and what their sensors see."""
