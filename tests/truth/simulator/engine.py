@@ -207,7 +207,7 @@ class Breath(NamedTuple):
     """Mass [kg/s] and enthalpy [W] that leave the receiver."""
 
 
-def breathe(engine, now, control, before, phase, fractions, speed, intake):
+def breathe(engine, now, control, before, phase, fractions, speed, position):
     """Rates of one cylinder, its valve and its pipe.
 
     Parameters
@@ -222,8 +222,8 @@ def breathe(engine, now, control, before, phase, fractions, speed, intake):
         Energised fractions of solenoids A and B.
     speed : float
         [rad/s]
-    intake : pair of float
-        Angle [rad] and position of the valve's piston [m] by which the intake's area goes.
+    position : float
+        Of the valve's piston, by which the groove's area goes [m].
 
     Returns
     -------
@@ -234,7 +234,7 @@ def breathe(engine, now, control, before, phase, fractions, speed, intake):
     if engine.intake == "epv":
         motion, drawn = valve_rates(valve, now, sums, phase, *fractions)
         added, drawn = further_rates(valve, now, drawn, control)
-    groove, carried = inflow(valve, intake_area(engine, *intake), now.cylinder, now.receiver)
+    groove, carried = inflow(valve, intake_area(engine, now.angle, position), now.cylinder, now.receiver)
     behind = valve.ambient_pressure * (1.0 + (engine.exhaust_swing(now.angle) if engine.exhaust_swing else 0.0))
     behind += engine.exhaust_excess
     back, back_carried = inflow(
@@ -280,7 +280,7 @@ def rates_of(engine, speed):
         now, control, before, supply = here(angle, y)
         since = (angle - engine.energise) / speed
         fractions = [energised(valve, edges, delay, since) for delay in (valve.delay_a, valve.delay_b)]
-        breath = breathe(engine, now, control, before, phase, fractions, speed, (angle, now.position))
+        breath = breathe(engine, now, control, before, phase, fractions, speed, now.position)
         receiver = receiver_rates(engine, before, supply, breath.taken)
         groove, drawn = breath.groove, breath.drawn
         own = *breath.motion, *breath.cylinder, *receiver, breath.power, groove, drawn, *breath.added

@@ -43,6 +43,8 @@ HELD_FOR = 0.25
 """A crank that is held for longer stays at rest [s]."""
 GIVEN_UP = 60.0
 """[s]"""
+MAX_AT_ONCE = 100
+"""Stretches that may begin at one instant, to rounding: more go on for ever."""
 
 
 class End(NamedTuple):
@@ -121,8 +123,8 @@ class Marching:
             now, control, before, supply = self.here(number, time, y[start:end], shaft)
             edges, valve = self.edges[number], engine.valve
             fractions = [solenoids.energised(valve, edges, delay, time) for delay in (valve.delay_a, valve.delay_b)]
-            intake = self.intake(number, now)
-            breath = breathe(engine, now, control, before, self.valve_phases[number], fractions, speed, intake)
+            phase, position = self.valve_phases[number], self.intake_position(number, now.position)
+            breath = breathe(engine, now, control, before, phase, fractions, speed, position)
             found += [*breath.motion, *breath.cylinder, breath.power, breath.groove, breath.drawn, *breath.added]
             torque += (now.cylinder[0] - valve.ambient_pressure) * now.slope
             taken[0] += breath.taken[0]
@@ -136,12 +138,9 @@ class Marching:
         receiver = receiver_rates(self.engines[0], before, supply, taken)
         return [*found, speed, acceleration, *receiver, lost * speed, braked * speed]
 
-    def intake(self, number, now):
-        """Angle and position by which the intake goes: not beyond the end of a stretch, where the solver looks, too."""
-        engine, position = self.engines[number], now.position
-        if engine.intake == "ideal":
-            return middle(self.turn, self.sector) - self.phases[number], position
-        return now.angle, max(position, self.lap_position(number)) if self.lapped[number] else position
+    def intake_position(self, number, position):
+        """Position by which the groove goes: closed up to the end of the stretch, and where the solver looks beyond."""
+        return max(position, self.lap_position(number)) if self.lapped[number] else position
 
     def lap_position(self, number):
         """Position of a valve's piston where its lift is the lap [m]."""
@@ -369,6 +368,7 @@ def march(assembly, angle, until, *, speed=0.0, imposed=(), target=None, limit=N
     Transient
     """
     marching = Marching(assembly, angle, speed, imposed)
+    reached, at_once = 0.0, 0
     while not (marching.events and marching.events[-1].kind in ENDINGS):
         if marching.time >= marching.held_until():
             marching.note(Kind.HELD, marching.time, marching.y)
@@ -376,6 +376,11 @@ def march(assembly, angle, until, *, speed=0.0, imposed=(), target=None, limit=N
             marching.note(Kind.TIME, marching.time, marching.y)
         else:
             marching.step(until, target, limit, relative)
+        if marching.time > reached + solenoids.APART:
+            reached, at_once = marching.time, 0
+        at_once += 1
+        if at_once > MAX_AT_ONCE:
+            raise ArithmeticError(f"it does not get beyond {marching.time} s")
     return Transient(assembly, tuple(marching.events), tuple(marching.pieces))
 
 
