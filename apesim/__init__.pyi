@@ -29,5 +29,7 @@ from .studies.run.valve_run import run_valve as run_valve
 from .studies.soft_landing.study import find_soft_landing as find_soft_landing
 from .studies.sweep.study import sweep as sweep
 from .studies.timing.correction import correct_timing as correct_timing
+from .studies.transient.start import start_engine as start_engine
+from .studies.transient.transient import run_transient as run_transient
 
 __all__: list[str]

@@ -19,6 +19,7 @@ from apesim.march.hybrid_system import (
     handle_event,
     is_final,
     is_followed,
+    max_short_steps,
     observe,
     power,
     segment_end,
@@ -58,8 +59,6 @@ MAX_EVALUATIONS_TO_PERIODIC = 12_000_000
 """Largest number of evaluations in all cycles to a periodic state; chosen, as they take some 10 to 20 s."""
 MAX_EVENTS = 2000
 """Largest number of events of a march; more are chatter."""
-MAX_SHORT_STEPS = 300
-"""Explicit steps of one smooth stretch that stability holds below `SHORT` of the longest; with more it is stiff."""
 SHORT = 0.1
 """Share of the longest step below which a step counts as short."""
 STIFF = 2.0
@@ -380,9 +379,9 @@ def march(
 ) -> Outcome:
     """March a machine through its smooth stretches.
 
-    Steps are those of Dormand and Prince's pair of order 5(4) [1]_; in a stretch where stability needs more than
-    `MAX_SHORT_STEPS` short ones, those of RODAS [2]_. The length of explicit steps is controlled by the errors of a
-    step and of the one before (PI control) [3]_, that of implicit ones by the error of a step alone.
+    Steps are those of Dormand and Prince's pair of order 5(4) [1]_; in a stretch where stability needs more short ones
+    than the machine allows, those of RODAS [2]_. The length of explicit steps is controlled by the errors of a step and
+    of the one before (PI control) [3]_, that of implicit ones by the error of a step alone.
 
     Events end a step where they are located on its dense output [4]_, by the Illinois method [5]_ with a bisection in
     every fourth iteration. The power is integrated over the dense output by Gauss and Legendre's five nodes [6]_.
@@ -467,6 +466,7 @@ def march(
     count = event_count(p)
     g, g_end = np.full(count, -1.0), np.full(count, -1.0)
     w, w_end = np.zeros(EVENTS), np.zeros(EVENTS)
+    most_short = max_short_steps(p)
     steps = rejected = evaluations = happened = logged = sampled = 0
     work = 0.0
     last_error, was_rejected = MIN_LAST_ERROR, False
@@ -570,7 +570,7 @@ def march(
             # to go back would mean to prove it again.
             if not implicit and h < SHORT * max_step:
                 short += stiffness(h, y, trial, k, scale) > STIFF
-                implicit = short > MAX_SHORT_STEPS
+                implicit = short > most_short
             t, has_jacobian = end, False
             _copy(trial, y)
             if event < 0:

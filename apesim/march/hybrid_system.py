@@ -16,6 +16,9 @@ import numpy as np
 
 from apesim.kernel import by_type
 
+MAX_SHORT_STEPS = 300
+"""Explicit steps of one smooth stretch that stability holds far below the longest; with more it is stiff. Chosen."""
+
 
 @by_type(required=True)
 def rates(p: Any, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndarray) -> Any:
@@ -347,3 +350,15 @@ def is_followed(p: Any) -> bool:
     True
     """
     return True
+
+
+@by_type
+def max_short_steps(p: Any) -> int:
+    """Return after how many short steps of a smooth stretch a machine's march counts as stiff.
+
+    An implicit step takes an evaluation of the rates for each state: with many states it pays later.
+
+    >>> max_short_steps(())
+    300
+    """
+    return MAX_SHORT_STEPS

@@ -9,7 +9,7 @@ from apesim.engine.cycle.rates import MAX_PATH
 from apesim.engine.machine import Machine
 from apesim.engine.receiver import MAX_VOLUME
 from apesim.flow_function import NEARLY_EQUAL
-from apesim.march import adaptive, periodic
+from apesim.march import adaptive, hybrid_system, periodic
 from apesim.restriction import AREA_OF_CONDUCTANCE
 from apesim.studies.estimation import calibration, levenberg_marquardt, priors
 from apesim.studies.estimation.noise import process
@@ -84,7 +84,7 @@ def compute():
         "adaptive.max_evaluations_to_periodic": (1e-6 * adaptive.MAX_EVALUATIONS_TO_PERIODIC, "million"),
         "adaptive.max_events": (adaptive.MAX_EVENTS, ""),
         "adaptive.stiff": (adaptive.STIFF, ""),
-        "adaptive.max_short_steps": (adaptive.MAX_SHORT_STEPS, ""),
+        "adaptive.max_short_steps": (hybrid_system.MAX_SHORT_STEPS, ""),
         "periodic.max_cycles": (periodic.MAX_CYCLES, ""),
         "periodic.noise": (periodic.NOISE, ""),
         "periodic.same": (periodic.SAME, ""),

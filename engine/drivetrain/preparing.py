@@ -22,7 +22,9 @@ from apesim.engine.drivetrain.state import (
     CONTROL,
     DIRECTION,
     EDGE_COUNT,
+    EDGES,
     ENERGISE,
+    FIRST_EDGE,
     FRICTION_PRESSURE,
     LOAD,
     NEXT_TIME,
@@ -30,9 +32,11 @@ from apesim.engine.drivetrain.state import (
     PEAK,
     RELEASE,
     SHAFT_MODES,
+    SHAFT_STATES,
     SPEED,
     SPEED_REACHED,
     SUPPLY,
+    TURNS,
     Drivetrain,
     DrivetrainTables,
     Exchanger,
@@ -41,6 +45,7 @@ from apesim.engine.drivetrain.state import (
     own_angle,
     own_extremes,
     own_modes,
+    shaft_extremes,
     shaft_modes,
     shaft_states,
     state_size,
@@ -158,6 +163,26 @@ def prepare(machine: Machine, angle: float, course: Course = NO_COURSE, goal: Go
     y, mode = _at_rest(p, tables, angle, [each for each, _ in cycles], [each for _, each in cycles], machine)
     times = [course.loads[:, 0], course.supplies[:, 0], course.speeds[:, 0]]
     return Prepared(p, tables, y, mode, np.unique(np.concatenate(times)))
+
+
+def released(free: Prepared, y: np.ndarray, mode: np.ndarray, time: float) -> Prepared:
+    """Let a free shaft begin in a state that was reached at an imposed speed, after a time [s] and whole turns.
+
+    Ledgers and extremes begin anew, and with them the count of turns.
+    """
+    p, y, mode = free.p, y.copy(), mode.copy()
+    first, modes = shaft_states(p), shaft_modes(p)
+    y[first + ANGLE] = 0.0
+    y[first + SHAFT_STATES : shaft_extremes(p)] = 0.0
+    begin_extremes(p, y)
+    for i in range(len(p.numbers)):
+        own = own_modes(mode, i)
+        own[FIRST_EDGE : FIRST_EDGE + EDGES] -= time
+        own[NEXT_TIME] = -inf
+        find_corner(p.corners[i], own_angle(p, y, i), own)
+        find_command(own_angle(p, y, i), own)
+    mode[modes + TURNS] = 0.0
+    return free._replace(y=y, mode=mode)
 
 
 def corners_of(cycles: Sequence[tuple[Cycle, CycleTables]]) -> np.ndarray:

@@ -103,6 +103,7 @@ from apesim.march.hybrid_system import (
     handle_event,
     is_final,
     is_followed,
+    max_short_steps,
     observe,
     rates,
     segment_end,
@@ -150,6 +151,13 @@ def drivetrain_event_count(p: Drivetrain) -> int:
 def drivetrain_is_followed(p: Drivetrain) -> bool:
     """Return False: extremes are kept by `keep_extremes`, and the work by the ledger."""
     return False
+
+
+@max_short_steps.for_type(Drivetrain)
+@kernel
+def drivetrain_max_short_steps(p: Drivetrain) -> int:
+    """Return so many that a slow turn past a dead centre, where a small volume fills, does not count as stiff."""
+    return 20000
 
 
 @kernel

@@ -51,7 +51,7 @@ from apesim.engine.drivetrain.state import (
 )
 from apesim.march.adaptive import LOG_HEAD, MAX_EVENTS, Status, march
 from apesim.valve.ledger import valve_states
-from apesim.valve.motion import CORNER
+from apesim.valve.motion import CORNER, MET_OPEN
 
 LONGEST_PIECE = 0.25
 """Longest time that is marched at once [s]; chosen."""
@@ -109,17 +109,11 @@ REVOLUTION = (
 """Quantities of a revolution: times [s], works [J], masses [kg], heats [J], extremes of speed [rad/s] and torque [N m].
 """
 OWN_REVOLUTION = (
-    "gas_work",
-    "engine_air",
-    "control_air",
-    "max_pressure",
-    "min_receiver",
-    "max_receiver",
-    "open",
-    "close",
+    *("gas_work", "engine_air", "control_air", "max_pressure", "min_receiver", "max_receiver"),
+    *("open", "close", "full_lift"),
 )
 """Quantities of each cylinder in a revolution: work above ambient pressure [J], masses [kg], pressures [Pa abs], own
-angles at which its valve opened and closed last [rad]."""
+angles at which its valve opened and closed last [rad]; 1 where it reached its open stop."""
 
 
 class DrivetrainRun(NamedTuple):
@@ -159,7 +153,7 @@ class _Books:
         self.rows: list[list[float]] = []
         self.own_rows: list[np.ndarray] = []
         self.events: list[ShaftEvent] = []
-        self.angles = np.full((2, self.count), np.nan)
+        self.angles, self.full = np.full((2, self.count), np.nan), np.zeros(self.count)
         self.laps = [cylinder_of(self.p, prepared.y, prepared.mode, i) for i in range(self.count)]
         self.began: tuple[float, np.ndarray] | None = None
         self.sense = 1
@@ -178,6 +172,7 @@ class _Books:
                 i, own_event = divmod(code, OWN_EVENTS)
                 if own_event == CORNER:
                     self._note_lap(i, y, starts[i])
+                self.full[i] = max(self.full[i], float(own_event == MET_OPEN))
                 continue
             if code - first == REVOLVED:
                 self._end_revolution(row[0], y)
@@ -222,10 +217,10 @@ class _Books:
             )
             own = [own_extremes(self.p, i) for i in range(self.count)]
             pressures = [y[[place + which for place in own]] for which in (MAX_PRESSURE, MIN_RECEIVER, MAX_RECEIVER)]
-            self.own_rows.append(np.array([gas, engine, control, *pressures, *self.angles]))
+            self.own_rows.append(np.array([gas, engine, control, *pressures, *self.angles, self.full]))
         self.turns += turn
         self.began, self.sense = (time, y.copy()), turn
-        self.angles = np.full((2, self.count), np.nan)
+        self.angles, self.full = np.full((2, self.count), np.nan), np.zeros(self.count)
 
 
 def air_of(p: object, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

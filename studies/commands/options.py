@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 Figures = Annotated[bool, typer.Option(help="Draw the figures, into F.figures.")]
+FigureFolder = Annotated[Path | None, typer.Option(metavar="DIR", help="Draw the figures into this folder.")]
 Traces = Annotated[Path | None, typer.Option(metavar="F", help="Write the traces as CSV.")]
 Pressures = Annotated[str, typer.Option(metavar="RANGE", help="Control pressures: start:stop:step, or a list.")]
 Temperatures = Annotated[

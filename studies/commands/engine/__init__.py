@@ -4,8 +4,10 @@ from apesim.studies.commands.engine.assess import assess_valve
 from apesim.studies.commands.engine.limit import find_engine_limit
 from apesim.studies.commands.engine.optimise import optimise_commands
 from apesim.studies.commands.engine.run import run_engine
+from apesim.studies.commands.engine.start import start_engine
 from apesim.studies.commands.engine.sweep import sweep_engine
 from apesim.studies.commands.engine.timing import correct_timing
+from apesim.studies.commands.engine.transient import run_transient
 from apesim.studies.commands.options import group
 
 engine = group(
@@ -17,5 +19,7 @@ engine = group(
         "limit": find_engine_limit,
         "assess": assess_valve,
         "optimise": optimise_commands,
+        "start": start_engine,
+        "transient": run_transient,
     },
 )

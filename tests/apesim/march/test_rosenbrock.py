@@ -6,9 +6,9 @@ import pytest
 
 from apesim.air import Air, Gas, GasState, gas_of, internal_energy, temperature_of
 from apesim.kernel import kernel
-from apesim.march.adaptive import EVALUATIONS_IN_A_STEP, MAX_EVALUATIONS, MAX_SHORT_STEPS, Status
+from apesim.march.adaptive import EVALUATIONS_IN_A_STEP, MAX_EVALUATIONS, Status
 from apesim.march.dormand_prince import dense
-from apesim.march.hybrid_system import rates
+from apesim.march.hybrid_system import MAX_SHORT_STEPS, rates
 from apesim.march.rosenbrock import implicit_error, implicit_interpolant, implicit_stages, slopes_of_rates
 from apesim.restriction import NEAR, Sides, flow_in
 from tests.apesim.march.test_adaptive import cached_apart, compiled_only, run

@@ -1,0 +1,110 @@
+"""Command `apesim engine transient`."""
+
+from typing import Annotated
+
+import typer
+
+from apesim.studies.commands.options import Common, FigureFolder, Traces, as_options
+from apesim.studies.terminal.console import DONE, INCOMPLETE
+
+SHOWN = (
+    ("time", "duration", 1.0, "s"),
+    ("turns", "turns", 1.0, ""),
+    ("work of the gas", "gas_work", 1.0, "J"),
+    ("brake work", "brake_work", 1.0, "J"),
+    ("work of the load", "load_work", 1.0, "J"),
+    ("engine air", "engine_air", 1e3, "g"),
+    ("control air", "control_air", 1e3, "g"),
+    ("brake work per gram of air", "specific_work_J_per_g", 1.0, "J/g"),
+    ("lowest speed", "lowest_speed_rpm", 1.0, "r/min"),
+    ("highest speed", "highest_speed_rpm", 1.0, "r/min"),
+)
+MOST_ROWS = 24
+"""Revolutions in the table; of more, as many are shown, evenly spread."""
+HEADER = "start [s]", "speed [r/min]", "gas [N m]", "brake [N m]", "air [g]", "opens [deg]", "closes [deg]"
+
+
+def run_transient(
+    common: Common,
+    duration: Annotated[str | None, typer.Option(metavar="T", help='Time to march, e.g. "3 s".')] = None,
+    angle: Annotated[str | None, typer.Option(metavar="A", help="Angle of the shaft at the start, at rest.")] = None,
+    from_speed: Annotated[
+        str | None, typer.Option("--from", metavar="N", help="Speed at whose periodic state the shaft is let free.")
+    ] = None,
+    speed: Annotated[
+        str | None, typer.Option(metavar="COURSE", help='Imposed speed: "0 s: 300 rpm, 1.5 s: 1800 rpm".')
+    ] = None,
+    load: Annotated[
+        str | None, typer.Option(metavar="COURSE", help='Constant part of the load from instants on: "5 s: 10 N m".')
+    ] = None,
+    supply: Annotated[
+        str | None, typer.Option(metavar="COURSE", help='Supply from instants on: "2 s: 0.8 MPa gauge".')
+    ] = None,
+    timing: Annotated[
+        str, typer.Option(metavar="T", help="fixed, or a CSV of commands over speed, as engine timing writes.")
+    ] = "fixed",
+    min_pulse: Annotated[str | None, typer.Option(metavar="TIME", help="Shortest pulse that is commanded.")] = None,
+    sample: Annotated[str | None, typer.Option(metavar="TIME", help="Time between two rows of the traces.")] = None,
+    csv: Traces = None,
+    figures: FigureFolder = None,
+) -> int:
+    """The engine over time: a free shaft from rest or from a speed, or an imposed speed."""
+    from apesim.archive import find_target
+    from apesim.results import NotConverged
+    from apesim.studies.execution.output import write_traces
+    from apesim.studies.terminal.tables import number, table_of
+    from apesim.studies.transient import transient
+
+    console, machine = common.console, common.load_machine()
+    if csv:
+        find_target(csv)
+    try:
+        with as_options("run_transient", from_speed="--from"), console.progress("transient") as report:
+            run = transient.run_transient(
+                machine,
+                duration=duration,
+                angle=angle,
+                from_speed=from_speed,
+                speed=speed,
+                load=load,
+                supply=supply,
+                timing=timing,
+                min_pulse=min_pulse,
+                sample=sample,
+                progress=report,
+            )
+    except NotConverged as error:
+        run = error.result
+    if csv:
+        write_traces(csv, *transient.trace_table(run.march))
+    if figures:
+        from apesim.studies.transient.figures import draw_transient
+
+        draw_transient(run, figures)
+
+    # Totals, then revolutions; with several cylinders the angles are those of the first.
+    data = run.to_dict()
+    rows = [(name, number(run[key] * factor), unit) for name, key, factor, unit in SHOWN]
+    lines = data["revolutions"][:: max(1, -(-len(data["revolutions"]) // MOST_ROWS))]
+    turns = [
+        (
+            f"{row['start_s']:.3f}",
+            f"{row['mean_speed_rpm']:.1f}",
+            f"{row['gas_torque_Nm']:.2f}",
+            f"{row['brake_torque_Nm']:.2f}",
+            f"{row['engine_air_kg'] * 1e3:.3f}",
+            number(row["cylinders"][0]["valve_open_deg"]),
+            number(row["cylinders"][0]["valve_close_deg"]),
+        )
+        for row in lines
+    ]
+    closes = ", ".join(f"{name} {value:.1e}" for name, value in data["closure"].items())
+    console.result(
+        data,
+        table_of("over the whole time", ("", "value", "unit"), rows),
+        table_of(f"{len(lines)} of {len(data['revolutions'])} revolutions", HEADER, turns),
+        f"closure: {closes}; {run.march.steps} steps, {run['wall_time'] * 1e3:.0f} ms",
+    )
+    for warning in run.warnings:
+        console.message(f"warning: {warning}")
+    return DONE if run.march.status in (0, 4) else INCOMPLETE

@@ -1,0 +1,140 @@
+"""What is imposed on an engine over time, read from text: speeds, loads, pressures and timings."""
+
+from itertools import pairwise
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.drivetrain.preparing import prepare
+from apesim.engine.drivetrain.run import run_drivetrain
+from apesim.engine.machine import Machine
+from apesim.quantities import Arguments, Pressure, Quantity, quoted
+from apesim.quantities.files import csv_columns
+from apesim.quantities.input_errors import InvalidValue
+from apesim.studies.execution.calls import compile_first
+from apesim.studies.run.operating_conditions import PRESSURE
+
+MOMENT = Quantity("s", 0, 1e5, "command line", typical="1.5 s")
+IMPOSED_SPEED = Quantity("rpm", -30000, 30000, "command line", typical="1000 rpm")
+START_ANGLE = Quantity("deg", -360, 360, "command line", typical="30 deg")
+LOAD_TORQUE = Quantity("N m", -1e6, 1e6, "command line", typical="10 N m")
+RPM = TURN / 60.0
+"""Revolution per minute [rad/s]."""
+COLUMNS = {"speed": "rpm", "energise": "deg", "release": "deg"}
+"""Columns of a file with command angles over speed, and their units."""
+FLOOR_UP_TO, FLOOR_STEP = 3000.0 * RPM, 10.0 * RPM
+"""Speeds up to which, and at which, a shortest pulse is laid into a schedule [rad/s]; chosen, linear in between."""
+RIGHT_FORM = 'write instants and values, e.g. "0 s: {0}, 1.5 s: {0}"'
+
+
+def read_course(
+    arguments: Arguments, name: str, given: str | None, declaration: Quantity | Pressure, typical: str
+) -> np.ndarray:
+    """Read values over time such as "0 s: 300 rpm, 1.5 s: 1800 rpm" as rows (n, 2), in SI; faults are noted.
+
+    >>> arguments = Arguments("run_transient")
+    >>> rows = read_course(arguments, "load", "0 s: 5 N m, 2 s: 10 N m", LOAD_TORQUE, "10 N m")
+    >>> rows.tolist()
+    [[0.0, 5.0], [2.0, 10.0]]
+    """
+    if given is None:
+        return np.empty((0, 2))
+    rows: list[tuple[float, float]] = []
+    right = RIGHT_FORM.format(typical)
+    for part in str(given).split(", "):
+        instant, found, value = part.partition(":")
+        if not found:
+            arguments.fault(name, f"{quoted(part)} has no instant", right)
+            continue
+        time = arguments.quantity(name, instant.strip(), MOMENT)
+        number = arguments.quantity(name, value.strip(), declaration)
+        if time is not None and number is not None:
+            rows.append((time, number))
+    times = [time for time, _ in rows]
+    if any(later <= earlier for earlier, later in pairwise(times)):
+        arguments.fault(name, "the instants do not rise", right)
+    return np.array(rows).reshape(-1, 2)
+
+
+def read_timing(
+    arguments: Arguments, machine: Machine, timing: str | PathLike[str], min_pulse: float | None = None
+) -> np.ndarray:
+    """Read command angles over speed as rows (k, 3) of speed [rad/s], energise and release [rad]; faults are noted.
+
+    `timing` is "fixed", which gives no rows, or a CSV with the columns speed, energise and release, such as
+    ``apesim engine timing`` writes: its points are interpolated at the machine's supply, and those out of reach left
+    out. With `min_pulse` [s] no pulse is shorter.
+    """
+    if str(timing) == "fixed":
+        rows = np.empty((0, 3))
+    else:
+        try:
+            rows = _schedule_of(csv_columns(Path(timing)), machine)
+        except (InvalidValue, ValueError) as wrong:
+            right = "give a CSV with the columns " + ", ".join(f"{name} [{unit}]" for name, unit in COLUMNS.items())
+            arguments.fault("timing", str(wrong), right)
+            return np.empty((0, 3))
+    if min_pulse is None:
+        return rows
+    if not len(rows):
+        command = machine.command
+        rows = np.array([[0.0, command.energise, command.release]])
+    fastest = max(float(rows[-1, 0]), FLOOR_UP_TO)
+    speeds = np.unique(np.append(rows[:, 0], np.arange(0.0, fastest + FLOOR_STEP, FLOOR_STEP)))
+    energise, release = (np.interp(speeds, rows[:, 0], rows[:, column]) for column in (1, 2))
+    return np.column_stack((speeds, energise, np.maximum(release, energise + min_pulse * speeds)))
+
+
+def _schedule_of(columns: dict[tuple[str, str | None], tuple[str, ...]], machine: Machine) -> np.ndarray:
+    """Rows of a schedule from the columns of a CSV, at the supply of a machine."""
+    units = {"speed": RPM, "energise": DEGREE, "release": DEGREE}
+    found = {name.removesuffix("_rpm").removesuffix("_deg"): np.array(texts) for (name, _), texts in columns.items()}
+    if missing := [name for name in units if name not in found]:
+        raise ValueError(f"has no column {missing[0]}")
+    used = np.ones(len(found["speed"]), dtype=bool)
+    if "reachable" in found:
+        used = found["reachable"].astype(float) > 0.0
+    values = {name: found[name][used].astype(float) * unit for name, unit in units.items()}
+    at = {
+        "supply_pressure": machine.supply.pressure,
+        "supply_temperature": machine.supply.temperature,
+    }
+    axes = [found[name][used].astype(float) for name in at if name in found]
+    rows = []
+    for speed in np.unique(values["speed"]):
+        here = values["speed"] == speed
+        place = [(axis[here], value) for axis, value in zip(axes, at.values(), strict=False)]
+        rows.append([speed, *(_between(place, values[name][here]) for name in ("energise", "release"))])
+    rows = [row for row in rows if not np.isnan(row).any()]
+    if not rows:
+        raise ValueError("has no point in reach at the machine's supply")
+    return np.array(rows)
+
+
+def _between(place: list[tuple[np.ndarray, float]], values: np.ndarray) -> float:
+    """Interpolate values on a grid of some axes at a place, linear and constant beyond; NaN where the grid has gaps."""
+    if not place:
+        return float(values[0])
+    (axis, at), *others = place
+    knots = np.unique(axis)
+    along = [
+        _between([(other[axis == knot], value) for other, value in others], values[axis == knot]) for knot in knots
+    ]
+    return float(np.interp(at, knots, along))
+
+
+def read_supply(arguments: Arguments, given: str | None) -> np.ndarray:
+    """Read pressures of the supply over time, as rows of time [s] and pressure [Pa abs]."""
+    return read_course(arguments, "supply", given, PRESSURE, "0.8 MPa gauge")
+
+
+def compile_drivetrain(machine: Machine) -> None:
+    """Compile the march of a machine's drivetrain, so that what is timed after it is compiled."""
+    compile_first(machine, march_shortly)
+
+
+def march_shortly(machine: Machine) -> None:
+    """March a drivetrain for an instant."""
+    run_drivetrain(prepare(machine, 0.5), 1e-5)
