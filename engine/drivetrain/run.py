@@ -24,7 +24,6 @@ from apesim.engine.drivetrain.rates import (
 from apesim.engine.drivetrain.state import (
     ANGLE,
     DIRECTION,
-    ENERGISE,
     EXCHANGED_HEAT,
     FRICTION_WORK,
     GAS_WORK,
@@ -43,7 +42,6 @@ from apesim.engine.drivetrain.state import (
     ledger_at,
     ledger_place,
     own_extremes,
-    own_modes,
     shaft_extremes,
     shaft_ledger,
     shaft_modes,
@@ -60,6 +58,8 @@ EVENTS_A_REVOLUTION = 60
 speed."""
 SLOWEST = 5.0
 """Speed below which a piece is no longer [rad/s]; chosen."""
+BEFORE_TARGET = 0.5 * pi
+"""How long before its target an opening is seen as early, and not as late by most of a turn [rad]; chosen."""
 AT_LAP = 1e-6
 """Distance from the lap at which a corner of the groove's table is the lap [m]; chosen, far above rounding."""
 
@@ -112,8 +112,10 @@ OWN_REVOLUTION = (
     *("gas_work", "engine_air", "control_air", "max_pressure", "min_receiver", "max_receiver"),
     *("open", "close", "full_lift"),
 )
-"""Quantities of each cylinder in a revolution: work above ambient pressure [J], masses [kg], pressures [Pa abs], own
-angles at which its valve opened and closed last [rad]; 1 where it reached its open stop."""
+"""Quantities of each cylinder in a revolution: work above ambient pressure [J], masses [kg], pressures [Pa abs]; of the
+valve's stroke that ended in it the own angles at which it opened and closed [rad], 1 where it met its open stop; NaN
+where none ended.
+"""
 
 
 class DrivetrainRun(NamedTuple):
@@ -153,15 +155,16 @@ class _Books:
         self.rows: list[list[float]] = []
         self.own_rows: list[np.ndarray] = []
         self.events: list[ShaftEvent] = []
-        self.angles, self.full = np.full((2, self.count), np.nan), np.zeros(self.count)
+        self.opened, self.is_full = np.full(self.count, np.nan), [False] * self.count
+        self.strokes = np.full((3, self.count), np.nan)
         self.laps = [cylinder_of(self.p, prepared.y, prepared.mode, i) for i in range(self.count)]
         self.began: tuple[float, np.ndarray] | None = None
         self.sense = 1
         if prepared.y[shaft_states(self.p) + ANGLE] == 0.0:
             self.began = 0.0, prepared.y.copy()
 
-    def take(self, log: np.ndarray, starts: np.ndarray) -> None:
-        """Take the log of a piece; `starts` are the angles from which openings are counted, (n,) [rad]."""
+    def take(self, log: np.ndarray) -> None:
+        """Take the log of a piece."""
         first = OWN_EVENTS * self.count
         for row in log:
             code = int(row[1])
@@ -171,8 +174,8 @@ class _Books:
             if code < first:
                 i, own_event = divmod(code, OWN_EVENTS)
                 if own_event == CORNER:
-                    self._note_lap(i, y, starts[i])
-                self.full[i] = max(self.full[i], float(own_event == MET_OPEN))
+                    self._note_lap(i, y)
+                self.is_full[i] = self.is_full[i] or own_event == MET_OPEN
                 continue
             if code - first == REVOLVED:
                 self._end_revolution(row[0], y)
@@ -186,12 +189,17 @@ class _Books:
         engine, control = air_of(self.p, y)
         return ShaftEvent(kind, time, float(angle), float(speed), float(engine.sum()), float(control.sum()))
 
-    def _note_lap(self, i: int, y: np.ndarray, start: float) -> None:
-        """Note the own angle at which the valve of a cylinder crosses its lap."""
+    def _note_lap(self, i: int, y: np.ndarray) -> None:
+        """Note the own angle at which the valve of a cylinder crosses its lap; a stroke counts where it closes."""
         valve, states = self.laps[i].actuator.valve, valve_states(block_of(y, i))
         if abs(valve.stroke - states.position - self.laps[i].lap) < AT_LAP:
             angle = y[shaft_states(self.p) + ANGLE] - self.p.phases[i]
-            self.angles[int(states.speed > 0.0), i] = start + (angle - start) % TURN
+            start = self.laps[i].open_target - BEFORE_TARGET
+            angle = start + (angle - start) % TURN
+            if states.speed < 0.0:
+                self.opened[i], self.is_full[i] = angle, False
+            else:
+                self.strokes[:, i] = self.opened[i], angle, self.is_full[i]
 
     def _end_revolution(self, time: float, y: np.ndarray) -> None:
         """End a revolution; one that the shaft does not finish the way it began is none."""
@@ -217,10 +225,10 @@ class _Books:
             )
             own = [own_extremes(self.p, i) for i in range(self.count)]
             pressures = [y[[place + which for place in own]] for which in (MAX_PRESSURE, MIN_RECEIVER, MAX_RECEIVER)]
-            self.own_rows.append(np.array([gas, engine, control, *pressures, *self.angles, self.full]))
+            self.own_rows.append(np.array([gas, engine, control, *pressures, *self.strokes]))
         self.turns += turn
         self.began, self.sense = (time, y.copy()), turn
-        self.angles, self.full = np.full((2, self.count), np.nan), np.zeros(self.count)
+        self.strokes = np.full((3, self.count), np.nan)
 
 
 def air_of(p: object, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -262,9 +270,8 @@ def run_drivetrain(
         stops = np.append(breakpoints[(breakpoints > t) & (breakpoints < end)], end)
         begin, stop = np.searchsorted(times, [t, end], side="left" if t == 0.0 else "right")
         stop = np.searchsorted(times, end, side="right")
-        starts = np.array([own_modes(mode, i)[ENERGISE] for i in range(count)])
         outcome = march(p, tables, t, y, mode, stops, accuracy, log, times[begin:stop], trace[begin:stop])
-        books.take(log[: outcome.logged], starts)
+        books.take(log[: outcome.logged])
         t, steps, status = float(log[outcome.logged - 1, 0]), steps + outcome.steps, Status(outcome.status)
         if report:
             report(t)

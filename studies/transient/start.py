@@ -126,13 +126,16 @@ class StartRun(Result):
             import matplotlib.pyplot as plt
 
             _, ax = plt.subplots(subplot_kw={"projection": "polar"}, layout="constrained")
-        draw_circle(ax, [self.intervals_deg], [f"{self['starting_share']:.0%}"])
+        draw_circle(ax, [self.intervals_deg], [f"it starts from\n{self['starting_share']:.0%} of all angles"])
         ax.set_title(self._told_conditions())
         return ax
 
 
 def draw_circle(ax: "Axes", rings: list[tuple[tuple[float, float], ...]], names: list[str]) -> None:
-    """Draw intervals of angles [deg] as a ring for each of several engines, from the inside out, on polar axes."""
+    """Draw intervals of angles [deg] as a ring for each of several engines, from the inside out, on polar axes.
+
+    The names stand in the middle.
+    """
     polar: Any = ax
     polar.set_theta_zero_location("N")
     polar.set_theta_direction(-1)
@@ -141,11 +144,11 @@ def draw_circle(ax: "Axes", rings: list[tuple[tuple[float, float], ...]], names:
         for low, high in intervals:
             width = (high - low) * DEGREE
             polar.bar(low * DEGREE, 0.8, width, bottom=1.0 + i, color="C0", edgecolor="none", align="edge")
-        polar.text(np.pi, 1.4 + i, names[i], ha="center", va="center", fontsize="small")
+    polar.text(0.0, 0.0, "\n".join(reversed(names)), ha="center", va="center")
     polar.set_ylim(0.0, 1.0 + len(rings))
     polar.set_yticks([])
     polar.grid(visible=False)
-    polar.set_xlabel("angle of the shaft at rest [deg]: blue, the engine starts")
+    polar.set_xlabel("angle of the shaft at rest; blue: the engine starts")
 
 
 @public

@@ -84,10 +84,10 @@ OWN = {
 }
 """Quantities of a cylinder in a revolution."""
 PLOTS = {
-    "speed": ("mean_speed", "mean speed of a revolution [r/min]"),
-    "torque": ("brake_torque", "mean brake torque of a revolution [N m]"),
-    "air": ("engine_air", "engine air of a revolution [g]"),
-    "timing": ("valve_open_deg", "own angle after TDC [deg]"),
+    "speed": ("mean_speed", "mean speed [r/min]"),
+    "torque": ("brake_torque", "brake torque [N m]"),
+    "air": ("engine_air", "engine air [g a turn]"),
+    "timing": ("valve_open_deg", "angle after TDC [deg]"),
 }
 """What a run draws, over time."""
 
@@ -180,7 +180,7 @@ class TransientRun(Result):
         >>> import apesim
         >>> run = apesim.run_transient(apesim.Machine(), speed="0 s: 600 rpm, 0.5 s: 900 rpm")
         >>> run.plot(what="torque").get_ylabel()
-        'mean brake torque of a revolution [N m]'
+        'brake torque [N m]'
         """
         from apesim.studies.drawing.axes import axes_for, check_plotted
 
