@@ -115,7 +115,7 @@ def brake_torque(load: Load, constant: float, table: np.ndarray, speed: float) -
     Examples
     --------
     >>> load, table = Load(proportional=0.5, quadratic=0.1), np.array([[0.0, 4.0], [20.0, 8.0]])
-    >>> [round(brake_torque(load, 1.0, table, speed), 9) for speed in (0.0, 10.0, 30.0)]
+    >>> [round(float(brake_torque(load, 1.0, table, speed)), 9) for speed in (0.0, 10.0, 30.0)]
     [5.0, 22.0, 114.0]
     """
     torque = constant + load.proportional * speed + load.quadratic * speed * speed

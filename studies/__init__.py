@@ -1,7 +1,7 @@
 """What people run: the command line, sweeps, figures.
 
 In the order in which they build on one another. What studies share: execution (in processes), archives (of results),
-terminal, drawing (of figures). What is run: run (an operating point); soft_landing, timing, limit (and the map of the
-valve), assessment, optimise, sweep; discharge, identify and paper. Measured data: measured, estimation, gap (the
-missing effect). The command line: commands.
+terminal, drawing (of figures). What is run: run (an operating point), transient (over time); soft_landing, timing,
+limit (and the map of the valve), assessment, optimise, sweep; discharge, identify and paper. Measured data: measured,
+estimation, gap (the missing effect). The command line: commands.
 """

@@ -262,8 +262,20 @@ def observe(p: Any, t: float, y: np.ndarray, mode: np.ndarray, row: np.ndarray) 
 
 @by_type
 def event_count(p: Any) -> int:
-    """Return how many events a machine has at most, by its parameters.
+    """Return how many events a machine has at most.
 
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+
+    Returns
+    -------
+    int
+        Number of events; 17 for a machine that registers none.
+
+    Examples
+    --------
     >>> event_count(())
     17
     """
@@ -334,8 +346,24 @@ def finish_step(
 
 @by_type
 def is_final(p: Any, event: int, mode: np.ndarray) -> bool:
-    """Return whether an event, once handled, ends the march; False for a machine that registers none.
+    """Return whether an event, once handled, ends the march.
 
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+    event : int
+        Number of the event.
+    mode : (k,) float array
+        Modes of the machine.
+
+    Returns
+    -------
+    bool
+        False for a machine that registers none.
+
+    Examples
+    --------
     >>> is_final((), 0, np.zeros(1))
     False
     """
@@ -344,8 +372,20 @@ def is_final(p: Any, event: int, mode: np.ndarray) -> bool:
 
 @by_type
 def is_followed(p: Any) -> bool:
-    """Return whether a march that notes follows zero crossings and the power, too; False spares a machine's time.
+    """Return whether a march that notes follows zero crossings and the power, too; False spares time.
 
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+
+    Returns
+    -------
+    bool
+        True for a machine that registers none.
+
+    Examples
+    --------
     >>> is_followed(())
     True
     """
@@ -358,6 +398,18 @@ def max_short_steps(p: Any) -> int:
 
     An implicit step takes an evaluation of the rates for each state: with many states it pays later.
 
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+
+    Returns
+    -------
+    int
+        Number of steps; `MAX_SHORT_STEPS` for a machine that registers none.
+
+    Examples
+    --------
     >>> max_short_steps(())
     300
     """

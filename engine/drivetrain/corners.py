@@ -71,7 +71,7 @@ def pass_corner(corners: np.ndarray, is_forward: bool, mode: np.ndarray) -> int:
 
 @kernel
 def leaves(angle: float, low: float, high: float) -> float:
-    """By how much an angle has left an interval, beyond a margin [rad]; above zero it has."""
+    """Return how far an angle has left an interval, beyond a margin [rad]; above zero it has."""
     return max(angle - high, low - angle) - MARGIN
 
 

@@ -82,7 +82,7 @@ def friction_torque(c: Cycle, pressure: float, speed: float) -> float:
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), 100.0)
     >>> round(friction_torque(cycle, 1e6, 100.0), 4)
-    5.4641
+    5.4072
     """
     engine = c.engine
     fmep = friction_mean_effective_pressure(engine.friction, pressure, mean_piston_speed(engine.stroke, speed))
@@ -113,7 +113,7 @@ def driving_torque(p: Drivetrain, y: np.ndarray, mode: np.ndarray) -> float:
 
 @kernel
 def breaks_away(p: Drivetrain, y: np.ndarray, mode: np.ndarray) -> float:
-    """By how much what drives a shaft at rest exceeds what can hold it [N m]; above zero it moves."""
+    """Return how far what drives a shaft at rest exceeds what can hold it [N m]; above zero it moves."""
     holds = resistance_at(p, y, mode, 0.0)
     return abs(driving_torque(p, y, mode)) - holds.friction - holds.brake - MIN_TORQUE
 

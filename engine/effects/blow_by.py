@@ -44,11 +44,12 @@ def blow_by(effect: BlowBy, state: CylinderState, balance: np.ndarray) -> None:
     --------
     >>> from apesim.air import GasState
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.cycle.state import cylinder_state
+    >>> from apesim.engine.cycle.state import cylinder_state, instant_at
     >>> from apesim.engine.cylinder import TERMS
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
-    >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
+    >>> y, _ = charged_at_rest(cycle)
+    >>> state, _ = cylinder_state(cycle, instant_at(cycle, 0.0, y), y)
     >>> state, balance = state._replace(air=GasState(2.5e5, 300.0)), np.zeros(TERMS)
 
     A choked flow, 1 mm2 * 0.6847 * 0.25 MPa/sqrt(287.05 J/(kg K) * 300 K) = 0.583 g/s, leaves the cylinder:

@@ -174,11 +174,12 @@ def nusselt(state: CylinderState, piston_speed: float, a: float, b: float, c: fl
     Nu = 1 is the conductivity over the bore, 18.47 uPa s * 1004.7 J/(kg K)/0.71/85 mm = 0.307 W/(m2 K) at 300 K:
 
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.cycle.state import cylinder_state
+    >>> from apesim.engine.cycle.state import cylinder_state, instant_at
     >>> from apesim.engine.cylinder import TERMS
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
-    >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
+    >>> y, _ = charged_at_rest(cycle)
+    >>> state, _ = cylinder_state(cycle, instant_at(cycle, 0.0, y), y)
     >>> print(round(nusselt(state._replace(air=state.air._replace(temperature=300.0)), 3.0, 1.0, 0.0, 0.0), 3))
     0.307
     """
@@ -219,11 +220,12 @@ def correlated_coefficient(effect: CylinderWallHeat, state: CylinderState) -> fl
     Examples
     --------
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.cycle.state import cylinder_state
+    >>> from apesim.engine.cycle.state import cylinder_state, instant_at
     >>> from apesim.engine.cylinder import TERMS
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
-    >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
+    >>> y, _ = charged_at_rest(cycle)
+    >>> state, _ = cylinder_state(cycle, instant_at(cycle, 0.0, y), y)
     >>> speed = state.engine.stroke * state.speed / pi
     >>> effect = CylinderWallHeat(correlation=HOHENBERG)
     >>> expected = hohenberg(state.air.pressure, state.air.temperature, state.volume, speed)
@@ -267,11 +269,12 @@ def cylinder_wall_heat(effect: CylinderWallHeat, state: CylinderState, balance: 
     Examples
     --------
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.cycle.state import cylinder_state
+    >>> from apesim.engine.cycle.state import cylinder_state, instant_at
     >>> from apesim.engine.cylinder import TERMS
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
-    >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
+    >>> y, _ = charged_at_rest(cycle)
+    >>> state, _ = cylinder_state(cycle, instant_at(cycle, 0.0, y), y)
     >>> state, balance = state._replace(air=state.air._replace(temperature=200.0)), np.zeros(TERMS)
     >>> cylinder_wall_heat(CylinderWallHeat(h=100.0, wall_temperature=300.0), state, balance)
     >>> area = 2.0 * piston_face(state.engine) + 4.0 * state.volume / state.engine.bore

@@ -44,11 +44,12 @@ def seat_leak(effect: SeatLeak, state: CylinderState, balance: np.ndarray) -> No
     --------
     >>> from apesim.air import GasState
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.cycle.state import cylinder_state
+    >>> from apesim.engine.cycle.state import cylinder_state, instant_at
     >>> from apesim.engine.cylinder import TERMS
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
-    >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
+    >>> y, _ = charged_at_rest(cycle)
+    >>> state, _ = cylinder_state(cycle, instant_at(cycle, 0.0, y), y)
     >>> state = state._replace(intake=GasState(1e6, 300.0), air=GasState(1e5, 300.0))
     >>> balance = np.zeros(TERMS)
 

@@ -40,11 +40,12 @@ def tabulated_cylinder_heat(effect: tuple[float, ...], state: CylinderState, bal
     Examples
     --------
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.cycle.state import cylinder_state
+    >>> from apesim.engine.cycle.state import cylinder_state, instant_at
     >>> from apesim.engine.cylinder import TERMS
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
-    >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
+    >>> y, _ = charged_at_rest(cycle)
+    >>> state, _ = cylinder_state(cycle, instant_at(cycle, 0.0, y), y)
     >>> effect, balance = TabulatedCylinderHeat(*[0.1] * len(PLACES)), np.zeros(TERMS)
     >>> tabulated_cylinder_heat(effect, state, balance)
     >>> print(round(balance[HEAT] / (state.air.pressure * state.volume * state.speed), 9))

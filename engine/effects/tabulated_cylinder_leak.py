@@ -51,11 +51,12 @@ def tabulated_cylinder_leak(effect: tuple[float, ...], state: CylinderState, bal
     --------
     >>> from apesim.air import GasState
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.cycle.state import cylinder_state
+    >>> from apesim.engine.cycle.state import cylinder_state, instant_at
     >>> from apesim.engine.cylinder import TERMS
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
-    >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
+    >>> y, _ = charged_at_rest(cycle)
+    >>> state, _ = cylinder_state(cycle, instant_at(cycle, 0.0, y), y)
     >>> effect = TabulatedCylinderLeak(*[1e-6] * len(PLACES), *[0.0] * len(QUARTERS))
     >>> state, balance = state._replace(air=GasState(2.5e5, 300.0)), np.zeros(TERMS)
 

@@ -74,7 +74,7 @@ class StartRun(Result):
         >>> import apesim
         >>> data = apesim.start_engine(apesim.Machine(), angle="30 deg", until="600 rpm").to_dict()
         >>> data["starts"], round(data["turns"], 2)
-        (True, 0.43)
+        (True, 0.15)
         """
         run = self.march.run if self.march else None
         events = [
@@ -154,7 +154,7 @@ def draw_circle(ax: "Axes", rings: list[tuple[tuple[float, float], ...]], names:
 @public
 def start_engine(
     machine: Machine,
-    angle: WithUnit | str = "30 deg",
+    angle: WithUnit = "30 deg",
     until: WithUnit | None = None,
     cranking_release: WithUnit | None = None,
 ) -> StartRun:

@@ -207,15 +207,15 @@ class TransientRun(Result):
 @public
 def run_transient(
     machine: Machine,
-    duration: WithUnit | None = None,
+    duration: WithUnit | float | None = None,
     angle: WithUnit | None = None,
     from_speed: WithUnit | None = None,
     speed: str | None = None,
     load: str | None = None,
     supply: str | None = None,
     timing: str | PathLike[str] = "fixed",
-    min_pulse: WithUnit | None = None,
-    sample: WithUnit | None = None,
+    min_pulse: WithUnit | float | None = None,
+    sample: WithUnit | float | None = None,
     progress: Callable[..., object] | None = None,
 ) -> TransientRun:
     """March an engine over time: its shaft free, from rest or from a speed, or its speed imposed.

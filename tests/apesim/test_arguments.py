@@ -37,8 +37,17 @@ TURNING = [
     (apesim.correct_timing, "target"),
     (apesim.optimise_commands, "speed"),
     (apesim.find_engine_limit, "duration"),
+    (apesim.start_engine, "angle"),
+    (apesim.start_engine, "until"),
+    (apesim.start_engine, "cranking_release"),
+    (apesim.run_transient, "angle"),
+    (apesim.run_transient, "from_speed"),
 ]
 """Arguments that are speeds or angles."""
+SPEEDS = "speed", "until", "from_speed"
+"""Names of those that are speeds."""
+SINGLE = apesim.run_engine, apesim.start_engine, apesim.run_transient
+"""Functions that take one value of each."""
 BARE = [600, 600.0, np.float64(600.0), np.float32(600), np.int64(600), np.array(600), Fraction(600)]
 BARE_LISTS = [[600, 1000], (600.0, 1000.0), np.arange(600, 1801, 200), [np.float64(60.0)], range(9), ["60 deg", 70]]
 
@@ -64,11 +73,11 @@ def names(pairs):
 
 @pytest.mark.parametrize(("function", "name"), TURNING, ids=names(TURNING))
 def test_a_speed_or_an_angle_without_its_unit_is_refused(function, name):
-    takes_list = (function, name) != (apesim.run_engine, "speed")
+    takes_list = function not in SINGLE
     for given in BARE + BARE_LISTS * takes_list:
         fault = refused(function, **{name: given})
         assert fault.key == name and "has no unit" in fault.wrong
-        assert ("rpm" if name == "speed" else "deg") in fault.right and "rad" in fault.right
+        assert ("rpm" if name in SPEEDS else "deg") in fault.right and "rad" in fault.right
 
 
 def test_no_argument_that_is_a_speed_or_an_angle_is_forgotten():
