@@ -232,7 +232,9 @@ def _tables(machine: Machine, tables: Sequence[CycleTables], course: Course) -> 
         supplies.append((time, pressure, control.pressure))
     loads = np.vstack(([(-inf, machine.load.constant)], course.loads))
     rows = np.array([[len(array) for array in arrays] for arrays in kinds]).T
-    return DrivetrainTables(*map(_stacked, kinds), np.ascontiguousarray(rows), course.speeds, loads, np.array(supplies))
+    grooves, *curves, cams = map(_stacked, kinds)
+    rows = np.ascontiguousarray(rows)
+    return DrivetrainTables(grooves, *curves, cams, rows, course.speeds, loads, np.array(supplies))  # type: ignore[call-arg]
 
 
 def _at_rest(

@@ -37,6 +37,7 @@ from apesim.engine.drivetrain.state import (
     MIN_TORQUE,
     SPEED,
     WALL_HEAT,
+    Drivetrain,
     block_of,
     cylinder_of,
     ledger_at,
@@ -231,16 +232,16 @@ class _Books:
         self.strokes = np.full((3, self.count), np.nan)
 
 
-def air_of(p: object, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def air_of(p: Drivetrain, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Read the air through the grooves and the control air of all cylinders [kg], (n,) each, from a state vector."""
-    ledgers = [ledger_at(y, ledger_place(p, i)) for i in range(len(p.numbers))]  # type: ignore[attr-defined]
+    ledgers = [ledger_at(y, ledger_place(p, i)) for i in range(len(p.numbers))]
     grooves = [engine_ledger(ledger).groove.mass for ledger in ledgers]
     return np.array(grooves), np.array([control_ledger(ledger).line_fed.mass for ledger in ledgers])
 
 
-def gas_work_of(p: object, change: np.ndarray) -> np.ndarray:
+def gas_work_of(p: Drivetrain, change: np.ndarray) -> np.ndarray:
     """Work of the gas in each cylinder over whole revolutions [J], (n,), from the change of a state vector."""
-    return np.array([engine_ledger(ledger_at(change, ledger_place(p, i))).work for i in range(len(p.numbers))])  # type: ignore[attr-defined]
+    return np.array([engine_ledger(ledger_at(change, ledger_place(p, i))).work for i in range(len(p.numbers))])
 
 
 def run_drivetrain(

@@ -193,7 +193,7 @@ def start_engine(
     """
     arguments, machine = arguments_of("start_engine", machine)
     is_all = str(angle) == "all"
-    at = None if is_all else arguments.quantity("angle", angle, START_ANGLE)
+    at = 0.0 if is_all else arguments.quantity("angle", angle, START_ANGLE)
     target = arguments.quantity("until", until, SPEED)
     release = arguments.quantity("cranking_release", cranking_release, ANGLE)
     if is_all and until is not None:
