@@ -37,6 +37,8 @@ EFFECTS = {
     "effects.supply_droop.volume": "100 cm^3",
 }
 
+SECOND_EXHAUST = {"engine.receiver.volume": "inf", "engine.exhaust_2.effective_area": "100 mm^2"}
+
 
 def machine(**values):
     return apesim.Machine().with_(**values)
@@ -55,8 +57,9 @@ def at_speed(a_machine, rpm, revolutions=60):
         (1000.0, {"engine.intake": "cam"}),
         (1000.0, {"engine.intake": "ideal"}),
         (1000.0, {"supply.control_air": "receiver", "engine.pin_offset": "3 mm"}),
-        (800.0, EFFECTS),
-        (1000.0, {"engine.receiver.volume": "inf", "engine.exhaust_2.effective_area": "100 mm^2"}),
+        pytest.param(800.0, EFFECTS, marks=pytest.mark.slow),  # each is a kind of march to compile
+        pytest.param(1000.0, SECOND_EXHAUST, marks=pytest.mark.slow),
+        (1000.0, {"engine.receiver.volume": "inf"}),
     ],
 )
 def test_one_cylinder_at_a_constant_speed_is_a_steady_run(rpm, values):
