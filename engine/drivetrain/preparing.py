@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.engine.angles import TURN
-from apesim.engine.cam import cam_corners, window_corners
+from apesim.engine.cam import cam_corners, window_corners, within_turn
 from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
 from apesim.engine.cycle.state import CYLINDER, GAS_ENTRIES, RECEIVER, Cycle, CycleTables
 from apesim.engine.cycle.state import MODES as CYCLE_MODES
@@ -249,8 +249,7 @@ def _at_rest(
     count = len(cycles)
     y, mode = np.zeros(state_size(p)), np.zeros(OWN_MODES * count + SHAFT_MODES)
     first, modes = shaft_states(p), shaft_modes(p)
-    turns = np.floor(angle / TURN)
-    y[first + ANGLE] = angle - turns * TURN
+    y[first + ANGLE] = within_turn(angle)
     mode[modes + SUPPLY], mode[modes + CONTROL] = tables.supplies[0, 1:]
     mode[modes + LOAD] = tables.loads[0, 1]
 

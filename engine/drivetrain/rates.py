@@ -13,8 +13,9 @@ from apesim.engine.cycle.cylinder_laws import (
     start_cylinder_segment,
     start_window,
 )
+from apesim.engine.cycle.gas_exchange import add_flow
 from apesim.engine.cycle.operating_point import MAX_TURN
-from apesim.engine.cycle.rates import MAX_PATH, temperature_rate
+from apesim.engine.cycle.rates import temperature_rate
 from apesim.engine.cycle.state import (
     CYLINDER,
     RECEIVER,
@@ -23,7 +24,7 @@ from apesim.engine.cycle.state import (
     cylinder_state,
     receiver_gas,
 )
-from apesim.engine.cylinder import EPV, indicated_power
+from apesim.engine.cylinder import EPV, MAX_CYLINDERS, indicated_power
 from apesim.engine.drivetrain.corners import (
     find_command,
     issue_edge,
@@ -60,7 +61,6 @@ from apesim.engine.drivetrain.state import (
     HELD_SINCE,
     LOAD,
     LOAD_WORK,
-    MAX_CYLINDERS,
     MAX_PRESSURE,
     MAX_RECEIVER,
     MAX_SPEED,
@@ -113,10 +113,9 @@ from apesim.march.hybrid_system import (
 from apesim.packed import unpacked
 from apesim.restriction import Flow
 from apesim.stack_array import zeros
-from apesim.valve.actuator import MAX_STEP, PHASE
+from apesim.valve.actuator import MAX_STEP
 from apesim.valve.chamber import chamber_state
-from apesim.valve.ledger import FLOW_ENTRIES, ledger_flow, valve_states
-from apesim.valve.piston import is_moving
+from apesim.valve.ledger import FLOW_ENTRIES, ledger_flow
 
 LONGEST_STEP = MAX_STEP
 """Longest step [s], of a shaft at rest, too: stability would hold most of longer ones, which would count as stiff."""
@@ -158,13 +157,6 @@ def drivetrain_is_followed(p: Drivetrain) -> bool:
 def drivetrain_max_short_steps(p: Drivetrain) -> int:
     """Return so many that a slow turn past a dead centre, where a small volume fills, does not count as stiff."""
     return 20000
-
-
-@kernel
-def update_flow(flows: np.ndarray, i: int, mass: float, energy: float) -> None:
-    """Add to the flows into the receiver of a block (FLOWS_IN,), which are changed."""
-    flows[FLOW_ENTRIES * i] += mass
-    flows[FLOW_ENTRIES * i + 1] += energy
 
 
 @kernel
@@ -264,16 +256,16 @@ def drivetrain_rates(p: Drivetrain, t: float, y: np.ndarray, mode: np.ndarray, d
             return False
         torque += gas_torque(p, c, y, mode, i)
         if p.sources[i] != i:
-            update_flow(flows_in, p.sources[i], exchanged.receiver.mass, exchanged.receiver.enthalpy)
+            add_flow(flows_in, p.sources[i], exchanged.receiver)
         if p.sinks[i] >= 0:
             cylinder, _ = cylinder_state(c, now, block)
             warmed = exchanged_heat(p, c, exchanged.outside, cylinder.air.temperature)
             heat += warmed
-            update_flow(flows_in, p.sinks[i], exchanged.outside.mass, exchanged.outside.enthalpy + warmed)
+            add_flow(flows_in, p.sinks[i], Flow(exchanged.outside.mass, exchanged.outside.enthalpy + warmed))
             if p.exchanger.wall_conductance > 0.0:
                 into = p.exchanger.wall_conductance * (p.exchanger.temperature - now.behind_exhaust.temperature)
                 wall_heat += into
-                update_flow(flows_in, p.sinks[i], 0.0, into)
+                add_flow(flows_in, p.sinks[i], Flow(0.0, into))
     for i in range(cylinders_of(p)):
         holder: Cycle = unpacked(p.template, p.numbers, i)
         if holder.receiver_volume > 0.0:
@@ -301,14 +293,8 @@ def drivetrain_rates(p: Drivetrain, t: float, y: np.ndarray, mode: np.ndarray, d
 @step_share.for_type(Drivetrain)
 @kernel
 def drivetrain_step_share(p: Drivetrain, y: np.ndarray, mode: np.ndarray) -> float:
-    """Return the longest step as a share of `LONGEST_STEP`: `MAX_TURN` of the crank, less while a valve moves."""
-    longest = min(LONGEST_STEP, MAX_TURN / max(abs(y[shaft_states(p) + SPEED]), 1e-300))
-    for i in range(cylinders_of(p)):
-        c = cylinder_of(p, y, mode, i)
-        if c.engine.intake == EPV and is_moving(own_modes(mode, i)[PHASE]):
-            creeping = MAX_PATH * c.actuator.valve.stroke / max(abs(valve_states(block_of(y, i)).speed), 1e-300)
-            longest = min(longest, max(MAX_STEP, creeping))
-    return longest / LONGEST_STEP
+    """Return the longest step as a share of `LONGEST_STEP`, that of a valve which moves: `MAX_TURN` of the crank."""
+    return min(1.0, MAX_TURN / max(LONGEST_STEP * abs(y[shaft_states(p) + SPEED]), 1e-300))
 
 
 @events.for_type(Drivetrain)

@@ -250,12 +250,10 @@ def run_drivetrain(
     times: np.ndarray | None = None,
     tolerance: float = TRANSIENT_TOLERANCE,
     report: Callable[[float], object] | None = None,
-    ends: Callable[[list[list[float]]], bool] | None = None,
 ) -> DrivetrainRun:
     """March a drivetrain for a time [s], or until it has reached what it waits for.
 
-    `times` (t,) [s] are those of the trace, ascending. `report` is told the time reached after each piece; `ends` is
-    asked then, with the rows of `REVOLUTION` so far, whether the march is to end.
+    `times` (t,) [s] are those of the trace, ascending. `report` is told the time reached after each piece.
     """
     p, tables, y, mode, breakpoints = prepared
     y, mode = y.copy(), mode.copy()
@@ -269,15 +267,13 @@ def run_drivetrain(
         piece = min(LONGEST_PIECE, MAX_EVENTS / (2.0 * EVENTS_A_REVOLUTION * count) * TURN / speed)
         end = min(duration, t + piece)
         stops = np.append(breakpoints[(breakpoints > t) & (breakpoints < end)], end)
-        begin, stop = np.searchsorted(times, [t, end], side="left" if t == 0.0 else "right")
+        begin = np.searchsorted(times, t, side="left" if t == 0.0 else "right")
         stop = np.searchsorted(times, end, side="right")
         outcome = march(p, tables, t, y, mode, stops, accuracy, log, times[begin:stop], trace[begin:stop])
         books.take(log[: outcome.logged])
         t, steps, status = float(log[outcome.logged - 1, 0]), steps + outcome.steps, Status(outcome.status)
         if report:
             report(t)
-        if ends and ends(books.rows):
-            break
     rows = np.array(books.rows).reshape(-1, len(REVOLUTION))
     own = np.array(books.own_rows).reshape(-1, len(OWN_REVOLUTION), count)
     reached = times <= t

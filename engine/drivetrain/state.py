@@ -19,8 +19,6 @@ from apesim.valve.chamber import chamber_state
 from apesim.valve.solenoid import SolenoidCurves
 from apesim.views import part_of
 
-MAX_CYLINDERS = 8
-"""Most cylinders of a drivetrain."""
 BLOCK = LEDGER
 """States of a cylinder: of its valve and of the gas in all its volumes."""
 OWN_LEDGER = SIZE - LEDGER

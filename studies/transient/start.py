@@ -14,12 +14,13 @@ from apesim.engine.drivetrain.run import EventKind
 from apesim.engine.drivetrain.start import MAX_REST, MAX_TIME, Start, find_intervals, run_start
 from apesim.engine.machine import Machine
 from apesim.quantities.arguments import WithUnit
-from apesim.results import Result, Trace, scalars_of
+from apesim.results import Result, scalars_of
 from apesim.studies.execution.calls import arguments_of, public, text_writer
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.run.engine_run import supply_conditions
 from apesim.studies.run.operating_conditions import ANGLE, SPEED
 from apesim.studies.transient.courses import START_ANGLE, compile_drivetrain
+from apesim.studies.transient.transient import traces_over_time
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -233,7 +234,7 @@ def start_engine(
         warnings.append(f"it turns, but does not reach {until} within {MAX_TIME:g} s")
     return StartRun(
         scalars_of(values, NUMBERS),
-        _traces(start),
+        traces_over_time(start.run),
         {"angle": f"{at / DEGREE:g} deg"} | conditions,
         warnings,
         machine=text_writer(machine),
@@ -266,10 +267,3 @@ def _values(start: Start) -> dict[str, Any]:
         "highest_speed_rpm": float(speeds.max(initial=0.0)),
         "starting_share": float(start.starts),
     }
-
-
-def _traces(start: Start) -> dict[str, Trace]:
-    """Traces of a start over time."""
-    from apesim.studies.transient.transient import traces_over_time
-
-    return traces_over_time(start.run)

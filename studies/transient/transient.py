@@ -10,6 +10,7 @@ import numpy as np
 
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cycle.cylinder_laws import TRACE
+from apesim.engine.cylinder import EPV
 from apesim.engine.drivetrain.closure import closure_of_run
 from apesim.engine.drivetrain.preparing import NO_GOAL, Course, Prepared, prepare, released
 from apesim.engine.drivetrain.rates import SHAFT_TRACE
@@ -320,7 +321,7 @@ def run_transient(
     warnings = []
     if march.status not in (Status.DONE, Status.STOPPED):
         warnings.append(f"the march ended early, at {march.duration:g} s: {march.status.remedy}")
-    if machine.engine.intake == 0 and values["strokes_cut_short"]:
+    if machine.engine.intake == EPV and values["strokes_cut_short"]:
         share = f"{values['strokes_cut_short']} of {full.size} strokes"
         warnings.append(f"the valve does not reach full lift in {share}: a longer pulse would, see min_pulse")
     traces = traces_over_time(march) | _traces_of_revolutions(columns, own_columns(march), dip)
