@@ -24,8 +24,11 @@ WITHOUT_END = 1e6
 """Ratio that stands for an upper end that is infinite."""
 ATTEMPTS = 1000
 """Drawings of the keys that contradict one another."""
-UNUSED = ("known_to", "rig")
-"""Sections that no march reads."""
+UNUSED = (
+    *("known_to", "rig", "shaft", "load", "stage_2", "inter_receiver", "cylinder"),
+    *("engine.cylinders", "engine.phases"),
+)
+"""Sections and keys that no march of one cylinder at constant speed reads."""
 
 
 def draw_machine(rng, is_wide):
@@ -41,7 +44,8 @@ def draw_machine(rng, is_wide):
     -------
     Machine
     """
-    leaves = {leaf.key: leaf for leaf in schema(Machine) if leaf.key.partition(".")[0] not in UNUSED}
+    unused = tuple(f"{name}." for name in UNUSED)
+    leaves = {leaf.key: leaf for leaf in schema(Machine) if not f"{leaf.key}.".startswith(unused)}
     on = {f"effects.{name}" for name in Machine().effects._fields if rng.random() < SHARE_ON}
 
     def draw(keys):
