@@ -11,8 +11,8 @@ from apesim.cache import cache_root
 
 TIMES_FILE = "compile_times.json"
 """File in the cache's root, beside the folders of compiled kernels: it outlives them."""
-LAYERS = ("valve", "engine")
-"""Layers that a march is of."""
+MODULES = {"apesim.valve.": "valve", "apesim.engine.drivetrain.": "drivetrain", "apesim.engine.": "engine"}
+"""Kinds of march by the modules of their parameters, the first match counts."""
 MAX_SECONDS = 1e5
 """Longest time that is believed [s]: a day; what is more comes from a damaged file."""
 
@@ -54,22 +54,22 @@ def explain_compiling(kind: str) -> str:
 def kind_of_march_types(arguments: Iterable[Any]) -> str:
     """Return the kind of march that an entry is compiled for, from the Numba types of the call's arguments.
 
-    It is "valve" or "engine", and what it is with: what the machine has more than one of, as in "engine with 2
-    exhausts"; "effects" where their laws are compiled in, or "an effect of your own" where one is from outside. It is
-    "model" for what is of neither layer. The first type is that of the machine's parameters.
+    It is "valve", "engine" or "drivetrain", and what it is with: what the machine, or a drivetrain's cylinder, has more
+    than one of, as in "engine with 2 exhausts"; "effects" where their laws are compiled in, or "an effect of your own"
+    where one is from outside. It is "model" for what is none of them. The first type is that of the parameters.
     """
     types = tuple(arguments)
     module = getattr(getattr(types[0], "instance_class", None), "__module__", "") if types else ""
-    layer = next((layer for layer in LAYERS if module.startswith(f"apesim.{layer}.")), "")
-    if not layer:
+    kind = next((kind for start, kind in MODULES.items() if module.startswith(start)), "")
+    if not kind:
         return "model"
     classes = list(_classes_in(types))
-    parts = list(_counts_of(types[0]))
+    parts = list(_counts_of(types[0].types[0] if kind == "drivetrain" else types[0]))
     if any(getattr(cls, "outside_hash", "") for cls in classes):
         parts.append("an effect of your own")
     elif any(getattr(cls, "is_of_laws", False) for cls in classes):
         parts.append("effects")
-    return f"{layer} with {' and '.join(parts)}" if parts else layer
+    return f"{kind} with {' and '.join(parts)}" if parts else kind
 
 
 def _counts_of(machine: Any) -> Iterator[str]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from apesim.air import ANR_DENSITY, Gas, GasContent, GasState, enthalpy, temperature_at_enthalpy, temperature_of
+from apesim.air import ANR_DENSITY, Gas, GasState, enthalpy, temperature_at_enthalpy, temperature_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cam import cam_angles
 from apesim.engine.cycle.state import (
@@ -15,10 +15,8 @@ from apesim.engine.cycle.state import (
     cylinder_gas,
     effects_ledger,
     engine_ledger,
+    gas_held,
     has_pipe,
-    line_gas,
-    pipe_gas,
-    receiver_gas,
     receiver_state,
 )
 from apesim.engine.cylinder import CAM, IDEAL_VALVE
@@ -35,7 +33,7 @@ from apesim.march.error_bounds import closure_of
 from apesim.valve.actuator import PHASE
 from apesim.valve.chamber import chamber_state
 from apesim.valve.groove import area_table, lap_of
-from apesim.valve.ledger import logged_motion, valve_states
+from apesim.valve.ledger import logged_motion
 from apesim.valve.measures import Stroke, Travel, closing_stroke, lap_times, opening_stroke, travel_of
 
 JOULE_PER_KWH = 3.6e6
@@ -337,7 +335,7 @@ def closure(run: SteadyRun) -> tuple[float, float]:
     mass_in, energy_in = engine.feed if p.receiver_volume > 0.0 else engine.pipe if has_pipe(p) else engine.groove
     if not (p.receiver_volume > 0.0 and p.control_from_receiver):
         mass_in, energy_in = mass_in + control.line_fed.mass, energy_in + control.line_fed.enthalpy
-    stored, held = _gas_held(run.end - run.start), _gas_held(run.start)
+    stored, held = gas_held(run.end - run.start), gas_held(run.start)
     mass = stored.mass - (mass_in - engine.exhaust.mass - control.vented.mass + let_in.mass)
     energy_in = energy_in - engine.exhaust.enthalpy - control.vented.enthalpy + let_in.enthalpy
     energy = stored.energy - (energy_in - engine.work - control.valve_work)
@@ -345,16 +343,6 @@ def closure(run: SteadyRun) -> tuple[float, float]:
     back = engine.exhaust_back * enthalpy(p.actuator.gas, p.actuator.ambient.temperature)
     carried = abs(engine.groove.enthalpy) + abs(control.supplied.enthalpy) + back
     return closure_of(mass, through, held.mass), closure_of(energy, carried, held.energy)
-
-
-def _gas_held(y: np.ndarray) -> GasContent:
-    """All gas that a state vector of the engine holds."""
-    valve = valve_states(y)
-    volumes = (cylinder_gas(y), receiver_gas(y), line_gas(y), pipe_gas(y))
-    mass, energy = valve.mass_a + valve.mass_b, valve.energy_a + valve.energy_b
-    for volume_mass, volume_energy in volumes:
-        mass, energy = mass + volume_mass, energy + volume_energy
-    return GasContent(mass, energy)
 
 
 def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from apesim.engine.angles import TURN
 from apesim.kernel import kernel
+from apesim.linear_table import read_table
 from apesim.quantities import NO_CURVE, Choice, Curve, Quantity
 
 BRAKE, HOIST = 0, 1
@@ -119,15 +120,4 @@ def brake_torque(load: Load, constant: float, table: np.ndarray, speed: float) -
     [5.0, 22.0, 114.0]
     """
     torque = constant + load.proportional * speed + load.quadratic * speed * speed
-    last = table.shape[0] - 1
-    if last < 0:
-        return torque
-    if speed <= table[0, 0] or last == 0:
-        return torque + table[0, 1]
-    if speed >= table[last, 0]:
-        return torque + table[last, 1]
-    i = 0
-    while speed > table[i + 1, 0]:
-        i += 1
-    share = (speed - table[i, 0]) / (table[i + 1, 0] - table[i, 0])
-    return torque + table[i, 1] + share * (table[i + 1, 1] - table[i, 1])
+    return torque + read_table(table, speed) if table.shape[0] > 0 else torque

@@ -11,6 +11,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from apesim.kernel import kernel
+from apesim.linear_table import read_table
 from apesim.quantities import NO_CURVE, Curve, Quantity
 
 
@@ -145,16 +146,7 @@ def followed(curve: np.ndarray, lag: float) -> float:
 
     `curve` (j, 2) is that of the edge, see `SolenoidCurves`.
     """
-    last = curve.shape[0] - 1
-    if lag <= curve[0, 0]:
-        return curve[0, 1]
-    if lag >= curve[last, 0]:
-        return curve[last, 1]
-    i = 0
-    while lag > curve[i + 1, 0]:
-        i += 1
-    share = (lag - curve[i, 0]) / (curve[i + 1, 0] - curve[i, 0])
-    return curve[i, 1] + share * (curve[i + 1, 1] - curve[i, 1])
+    return read_table(curve, lag)
 
 
 @kernel

@@ -26,6 +26,7 @@ from apesim.valve.ledger import (
     update_control_ledger,
     update_flows,
     update_part,
+    valve_states,
 )
 from apesim.valve.line import before_solenoids
 from apesim.valve.ports import Ports
@@ -183,6 +184,16 @@ def pipe_gas(y: np.ndarray) -> GasContent:
     Both values are 0 where there is no pipe.
     """
     return gas_of_volume(y, PIPE)
+
+
+def gas_held(y: np.ndarray) -> GasContent:
+    """All gas that a state vector of the engine (>= STATES,) holds."""
+    valve = valve_states(y)
+    volumes = (cylinder_gas(y), receiver_gas(y), line_gas(y), pipe_gas(y))
+    mass, energy = valve.mass_a + valve.mass_b, valve.energy_a + valve.energy_b
+    for volume_mass, volume_energy in volumes:
+        mass, energy = mass + volume_mass, energy + volume_energy
+    return GasContent(mass, energy)
 
 
 @kernel

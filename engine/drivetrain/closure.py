@@ -5,11 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.engine.cycle.state import RECEIVER, control_ledger, effects_ledger, engine_ledger, has_pipe
+from apesim.engine.cycle.state import control_ledger, effects_ledger, engine_ledger, gas_held, has_pipe
 from apesim.engine.drivetrain.preparing import Prepared
 from apesim.engine.drivetrain.run import DrivetrainRun
 from apesim.engine.drivetrain.state import (
-    BLOCK,
     EXCHANGED_HEAT,
     FRICTION_WORK,
     GAS_WORK,
@@ -25,7 +24,6 @@ from apesim.engine.drivetrain.state import (
     shaft_states,
 )
 from apesim.march.error_bounds import closure_of
-from apesim.valve.ledger import valve_states
 
 
 class Closure(NamedTuple):
@@ -87,13 +85,13 @@ def closure_of_run(prepared: Prepared, run: DrivetrainRun) -> Closure:
         if not (c.control_from_receiver and holder.receiver_volume > 0.0):
             flows.append(control.line_fed)
         outward = [control.vented, engine.exhaust] if p.sinks[i] < 0 else [control.vented]
-        stored = _gas_held(block_of(change, i))
+        stored = gas_held(block_of(change, i))
         mass += stored[0] - sum(flow.mass for flow in (*flows, let_in)) + sum(flow.mass for flow in outward)
         energy += stored[1] - sum(flow.enthalpy for flow in (*flows, let_in))
         energy += sum(flow.enthalpy for flow in outward) + engine.work + control.valve_work
         mass_through += abs(engine.groove.mass) + abs(control.supplied.mass) + engine.groove_back + engine.exhaust_back
         energy_through += abs(engine.groove.enthalpy) + abs(control.supplied.enthalpy) + abs(engine.exhaust.enthalpy)
-    held = np.sum([_gas_held(block_of(prepared.y, i)) for i in range(len(p.numbers))], axis=0)
+    held = np.sum([gas_held(block_of(prepared.y, i)) for i in range(len(p.numbers))], axis=0)
 
     if p.is_imposed:
         unbalanced = nan
@@ -106,14 +104,4 @@ def closure_of_run(prepared: Prepared, run: DrivetrainRun) -> Closure:
         unbalanced = float(abs(open_work) / turned_over) if turned_over else 0.0
     return Closure(
         closure_of(mass, mass_through, float(held[0])), closure_of(energy, energy_through, float(held[1])), unbalanced
-    )
-
-
-def _gas_held(block: np.ndarray) -> tuple[float, float]:
-    """Mass [kg] and internal energy [J] of all gas in the states of a cylinder."""
-    valve, first = valve_states(block), RECEIVER - 2
-    volumes = block[first:BLOCK]
-    return (
-        float(valve.mass_a + valve.mass_b + volumes[::2].sum()),
-        float(valve.energy_a + valve.energy_b + volumes[1::2].sum()),
     )

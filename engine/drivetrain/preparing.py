@@ -74,8 +74,9 @@ class Course(NamedTuple):
     """Constant part of the load from then on [N m]; before the first row that of the machine."""
     supplies: np.ndarray = np.empty((0, 2))
     """Pressure of the supply from then on [Pa abs]; before the first row that of the machine."""
-    schedule: np.ndarray = np.empty((0, 3))
-    """Command angles over speed, not over time: [rad/s], energise and release [rad]; none: those of the machine."""
+    schedules: Sequence[np.ndarray] = ()
+    """Command angles of each cylinder over speed, not over time, (k, 3): [rad/s], energise and release [rad]; none:
+    those of the machine."""
     deviations: np.ndarray = np.empty((0, 0))
     """What is added to the dead times of each cylinder's edges, in turn [s], (n, e); none: nothing."""
 
@@ -128,7 +129,7 @@ def prepare(machine: Machine, angle: float, course: Course = NO_COURSE, goal: Go
     count, stages = len(cycles), machine.stage_2.is_on
     phases = np.array([0.0, machine.stage_2.phase]) if stages else np.array(machine.engine.resolve_phases())
     corners = corners_of(cycles)
-    read = int(np.argmin(np.abs(corners[0] - pi))) if len(course.schedule) else -1
+    reads = np.abs(corners - pi).argmin(axis=1) if len(course.schedules) else np.full(count, -1)
 
     # The receiver is in the block of the first cylinder: the others have none of their own, and no feed.
     holders = [cycles[0][0]]
@@ -153,8 +154,8 @@ def prepare(machine: Machine, angle: float, course: Course = NO_COURSE, goal: Go
         np.ascontiguousarray(machine.load.table).reshape(-1, 2),
         int(len(course.speeds) > 0),
         corners,
-        read,
-        np.ascontiguousarray(course.schedule),
+        reads,
+        _schedules_of(course, count),
         np.ascontiguousarray(course.deviations).reshape(count, -1),
         exchanger,
         goal,
@@ -205,6 +206,13 @@ def corners_of(cycles: Sequence[tuple[Cycle, CycleTables]]) -> np.ndarray:
     # Cylinders with fewer corners have the last one several times, each a little later: passed, it changes nothing.
     most = max(map(len, rows))
     return np.array([np.append(row, row[-1] + 1e-6 * (1.0 + np.arange(most - len(row)))) for row in rows])
+
+
+def _schedules_of(course: Course, count: int) -> np.ndarray:
+    """Schedules of all cylinders, (n, k, 3): the shorter ones have their last row several times."""
+    most = max(map(len, course.schedules), default=0)
+    rows = [np.pad(each, ((0, most - len(each)), (0, 0)), "edge") for each in course.schedules]
+    return np.array(rows).reshape(count, most, 3)
 
 
 def _stacked(arrays: Sequence[np.ndarray]) -> np.ndarray:

@@ -95,6 +95,7 @@ from apesim.engine.drivetrain.state import (
 )
 from apesim.engine.kinematics import cylinder_volume, volume_curvature
 from apesim.kernel import kernel
+from apesim.linear_table import read_table
 from apesim.march.adaptive import EVENTS
 from apesim.march.hybrid_system import (
     event_count,
@@ -330,29 +331,12 @@ def pass_own_corner(p: Drivetrain, tables: DrivetrainTables, i: int, t: float, y
         peak = own_extremes(p, i) + PEAK
         own[FRICTION_PRESSURE] = y[peak]
         y[peak] = 0.0
-    if passed == p.read_corner and is_forward:
-        own[ENERGISE], own[RELEASE] = read_schedule(p.schedule, abs(y[shaft_states(p) + SPEED]))
+    if passed == p.read_corners[i] and is_forward:
+        schedule, speed = p.schedules[i], abs(y[shaft_states(p) + SPEED])
+        own[ENERGISE], own[RELEASE] = read_table(schedule, speed, 1), read_table(schedule, speed, 2)
         is_on = find_command(angle, own)
         if is_on != (own[COMMANDED] > 0.0):
             issue_edge(p, tables_of(tables, own, i), i, t, own)
-
-
-@kernel
-def read_schedule(schedule: np.ndarray, speed: float) -> tuple[float, float]:
-    """Read the command angles [rad] of a schedule (k, 3) at a speed [rad/s]: linear, the ends hold beyond."""
-    last = schedule.shape[0] - 1
-    if speed <= schedule[0, 0] or last == 0:
-        return schedule[0, 1], schedule[0, 2]
-    if speed >= schedule[last, 0]:
-        return schedule[last, 1], schedule[last, 2]
-    i = 0
-    while speed > schedule[i + 1, 0]:
-        i += 1
-    share = (speed - schedule[i, 0]) / (schedule[i + 1, 0] - schedule[i, 0])
-    return (
-        schedule[i, 1] + share * (schedule[i + 1, 1] - schedule[i, 1]),
-        schedule[i, 2] + share * (schedule[i + 1, 2] - schedule[i, 2]),
-    )
 
 
 @kernel
@@ -427,8 +411,10 @@ def handle_drivetrain_event(
 @is_final.for_type(Drivetrain)
 @kernel
 def drivetrain_is_final(p: Drivetrain, event: int, mode: np.ndarray) -> bool:
-    """Return whether all that was waited for is reached, or the shaft is held for too long."""
+    """Return whether all that was waited for is reached, a revolution ends that was, or the shaft is held for long."""
     shaft_event, modes = event - OWN_EVENTS * cylinders_of(p), shaft_modes(p)
+    if shaft_event == REVOLVED:
+        return p.goal.ends_with_revolution == 1
     if shaft_event in (REACHED_ANGLE, REACHED_SPEED):
         return mode[modes + ANGLE_REACHED] > 0.0 and mode[modes + SPEED_REACHED] > 0.0
     return shaft_event == HELD_LONG

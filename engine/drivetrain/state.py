@@ -98,6 +98,8 @@ class Goal(NamedTuple):
     """Speed to be reached from below, NaN: none [rad/s]."""
     max_rest: float
     """How long the shaft may be held before the march ends [s]; inf: for ever."""
+    ends_with_revolution: int = 0
+    """1: the march ends where the shaft's revolution does, too."""
 
 
 class Drivetrain(NamedTuple):
@@ -123,10 +125,10 @@ class Drivetrain(NamedTuple):
     """1: the speed is imposed, 0: it follows from the torques."""
     corners: np.ndarray
     """Own angles at which something of a cylinder has a corner, ascending from 0 [rad], (n, c)."""
-    read_corner: int
-    """Which of them is 180 deg, where a cylinder reads its schedule; -1: there is no schedule."""
-    schedule: np.ndarray
-    """Command angles over speed: [rad/s], energise and release [rad], (k, 3)."""
+    read_corners: np.ndarray
+    """Which of them is 180 deg, where each cylinder reads its schedule, (n,); -1: there is no schedule."""
+    schedules: np.ndarray
+    """Command angles of each cylinder over speed: [rad/s], energise and release [rad], (n, k, 3)."""
     deviations: np.ndarray
     """What is added to the dead time of the edges of each cylinder's command, in turn [s], (n, e)."""
     exchanger: Exchanger

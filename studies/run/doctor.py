@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 from apesim.archive.memory import available_memory
 from apesim.archive.surroundings import PACKAGES, processor, version_of
 from apesim.compiling import compile_times
+from apesim.engine.drivetrain.preparing import prepare
+from apesim.engine.drivetrain.run import run_drivetrain
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.kernel import cache_folder, kept_kinds
@@ -90,11 +92,16 @@ def _march_engine(machine: Machine) -> None:
     run_steady(machine, QUICK, max_cycles=1)
 
 
-MARCHES = {"valve": _march_valve, "engine": _march_engine}
-"""Short marches by layer."""
+def _march_drivetrain(machine: Machine) -> None:
+    """March the engine's drivetrain from rest for a moment."""
+    run_drivetrain(prepare(machine, 0.5), 1e-5)
+
+
+MARCHES = {"valve": _march_valve, "engine": _march_engine, "drivetrain": _march_drivetrain}
+"""Short marches by kind."""
 EFFECTS = " with effects"
-"""What follows the layer where laws of effects are compiled in, see `apesim.compiling`."""
-KINDS = tuple(f"{layer}{effects}" for layer in MARCHES for effects in ("", EFFECTS))
+"""What follows the kind where laws of effects are compiled in, see `apesim.compiling`."""
+KINDS = *(f"{layer}{effects}" for layer in ("valve", "engine") for effects in ("", EFFECTS)), "drivetrain"
 """Kinds of march that are compiled ahead."""
 
 

@@ -60,27 +60,48 @@ def read_course(
 
 def read_timing(
     arguments: Arguments, machine: Machine, timing: str | PathLike[str], min_pulse: float | None = None
-) -> np.ndarray:
-    """Read command angles over speed as rows (k, 3) of speed [rad/s], energise and release [rad]; faults are noted.
+) -> list[np.ndarray]:
+    """Read the command angles of each cylinder over speed, rows (k, 3) of speed [rad/s], energise and release [rad].
 
-    `timing` is "fixed", which gives no rows, or a CSV with the columns speed, energise and release, such as
-    ``apesim engine timing`` writes: its points are interpolated at the machine's supply, and those out of reach left
-    out. With `min_pulse` [s] no pulse is shorter.
+    `timing` is "fixed", or a CSV with the columns speed, energise and release, such as ``apesim engine timing`` writes:
+    its points are interpolated at the machine's supply, and those out of reach left out. A second stage keeps its own
+    command; a cylinder that has one of its own is a fault, as such a file is of one valve. With `min_pulse` [s] no
+    pulse is shorter. None: the machine's commands hold. Faults are noted.
     """
-    if str(timing) == "fixed":
-        rows = np.empty((0, 3))
-    else:
+    if str(timing) == "fixed" and min_pulse is None:
+        return []
+    schedules = commands_of(machine)
+    if str(timing) != "fixed":
+        refuse_own_commands(arguments, "timing", machine)
         try:
             rows = _schedule_of(csv_columns(Path(timing)), machine)
         except (InvalidValue, ValueError) as wrong:
             right = "give a CSV with the columns " + ", ".join(f"{name} [{unit}]" for name, unit in COLUMNS.items())
             arguments.fault("timing", str(wrong), right)
-            return np.empty((0, 3))
-    if min_pulse is None:
-        return rows
-    if not len(rows):
-        command = machine.command
-        rows = np.array([[0.0, command.energise, command.release]])
+            return []
+        schedules = [rows, *schedules[1:]] if machine.stage_2.is_on else [rows] * len(schedules)
+    return schedules if min_pulse is None else [_with_floor(rows, min_pulse) for rows in schedules]
+
+
+def commands_of(machine: Machine) -> list[np.ndarray]:
+    """Return the command of each cylinder, or of each stage, as a schedule that is the same at all speeds, (1, 3)."""
+    if machine.stage_2.is_on:
+        commands = [machine.command, machine.stage_2.command]
+    else:
+        commands = [machine.machine_of_cylinder(i).command for i in range(int(machine.engine.cylinders))]
+    return [np.array([[0.0, command.energise, command.release]]) for command in commands]
+
+
+def refuse_own_commands(arguments: Arguments, name: str, machine: Machine) -> None:
+    """Note a fault of an argument that replaces commands, where a cylinder has one of its own."""
+    for index, own in enumerate(machine.cylinder):
+        if any(key.startswith("command.") for key, _ in own):
+            wrong = f"would replace the command that cylinder[{index + 1}] has of its own"
+            arguments.fault(name, wrong, "leave it out, or the keys of command in [[cylinder]]")
+
+
+def _with_floor(rows: np.ndarray, min_pulse: float) -> np.ndarray:
+    """Put the release of a schedule (k, 3) off where a pulse is shorter than the shortest one [s]."""
     fastest = max(float(rows[-1, 0]), FLOOR_UP_TO)
     speeds = np.unique(np.append(rows[:, 0], np.arange(0.0, fastest + FLOOR_STEP, FLOOR_STEP)))
     energise, release = (np.interp(speeds, rows[:, 0], rows[:, column]) for column in (1, 2))

@@ -19,7 +19,7 @@ from apesim.studies.execution.calls import arguments_of, public, text_writer
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.run.engine_run import supply_conditions
 from apesim.studies.run.operating_conditions import ANGLE, SPEED
-from apesim.studies.transient.courses import START_ANGLE, compile_drivetrain
+from apesim.studies.transient.courses import START_ANGLE, commands_of, compile_drivetrain, refuse_own_commands
 from apesim.studies.transient.transient import traces_over_time
 
 if TYPE_CHECKING:
@@ -199,6 +199,8 @@ def start_engine(
     release = arguments.quantity("cranking_release", cranking_release, ANGLE)
     if is_all and until is not None:
         arguments.fault("until", 'does not go with `angle` "all"', "leave it out, or give one angle")
+    if release is not None:
+        refuse_own_commands(arguments, "cranking_release", machine)
     if release is not None and not 0.0 < release - machine.command.energise < TURN:
         right = f"an angle up to 360 deg after energise, {machine.command.energise / DEGREE:g} deg"
         arguments.fault("cranking_release", "is not behind the energising", right)
@@ -208,7 +210,7 @@ def start_engine(
     course, cranked = NO_COURSE, machine
     if release is not None:
         command = machine.command
-        course = Course(schedule=np.array([[0.0, command.energise, command.release]]))
+        course = Course(schedules=commands_of(machine))
         cranked = machine._replace(command=command._replace(release=release))
     compile_drivetrain(machine)
     begin = time.perf_counter()

@@ -273,7 +273,7 @@ def run_transient(
     loads = read_course(arguments, "load", load, LOAD_TORQUE, "10 N m")
     supplies = read_supply(arguments, supply)
     pulse = arguments.quantity("min_pulse", min_pulse, TIME)
-    schedule = read_timing(arguments, machine, timing, pulse)
+    schedules = read_timing(arguments, machine, timing, pulse)
     end = arguments.quantity("duration", duration, MOMENT)
     step = arguments.quantity("sample", sample, TIME)
 
@@ -293,11 +293,11 @@ def run_transient(
     # From rest at an angle; from the periodic state at a speed, after turns at that; or with the imposed speed.
     compile_drivetrain(machine)
     begin = time.perf_counter()
-    course = Course(speeds, loads, supplies, schedule)
+    course = Course(speeds, loads, supplies, schedules)
     start = prepare(machine, 0.0 if at is None else at, course, NO_GOAL)
     if omega is not None:
         settling = SETTLING * TURN / omega
-        steady = Course(np.array([[0.0, omega], [2.0 * settling, omega]]), schedule=schedule)
+        steady = Course(np.array([[0.0, omega], [2.0 * settling, omega]]), schedules=schedules)
         settled = call_in_thread(run_drivetrain, prepare(machine, 0.0, steady, NO_GOAL), settling).result()
         start = released(start, settled.y, settled.mode, settling)
     times = np.arange(0.0, end * (1.0 + 1e-12), step or end / ROWS)

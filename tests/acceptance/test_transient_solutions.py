@@ -199,8 +199,8 @@ def test_load_step():
 
 
 def lead(*rows):
-    """A schedule from rows of speed [r/min], energise and release [deg]."""
-    return np.array([[rpm * RPM, energise * DEGREE, release * DEGREE] for rpm, energise, release in rows])
+    """Schedules of one cylinder from rows of speed [r/min], energise and release [deg]."""
+    return [np.array([[rpm * RPM, energise * DEGREE, release * DEGREE] for rpm, energise, release in rows])]
 
 
 def constant_times(rpm):
@@ -209,7 +209,7 @@ def constant_times(rpm):
 
 
 RAMPS = {
-    "P14": NO_COURSE.schedule,
+    "P14": (),
     "P15": lead(constant_times(0.0), constant_times(2500.0)),
     "P15b": lead(constant_times(0.0), (*constant_times(FLOOR)[:2], 7.36), (*constant_times(2500.0)[:2], 22.0)),
 }
@@ -218,7 +218,7 @@ RAMPS = {
 @pytest.mark.parametrize("row", RAMPS)
 def test_ramp(row):
     p = prepare(machine(), 0.0).p
-    ramp = run(machine(), 0.0, 3.0, Course(speeds=RAMP, schedule=RAMPS[row]))
+    ramp = run(machine(), 0.0, 3.0, Course(speeds=RAMP, schedules=RAMPS[row]))
     ledger, (engine, control), r = ramp.y[shaft_ledger(p) :], air_of(p, ramp.y), ramp.revolutions
     values = {
         "turns": ramp.turns,

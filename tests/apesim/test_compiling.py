@@ -17,6 +17,7 @@ from apesim.compiling import (
     when_compiling,
 )
 from apesim.engine.cycle.operating_point import cycle_of
+from apesim.engine.drivetrain.preparing import prepare
 from apesim.engine.machine import Machine
 from tests.folders import ROOT
 
@@ -83,6 +84,20 @@ def test_a_second_exhaust_valve_is_a_kind_of_its_own(keys, kind):
     """Else its march would count as the engine's, which is not compiled by it."""
     cycle, _, _ = cycle_of(Machine().with_(**keys), 100.0)
     assert kind_of_march_types([numba.typeof(cycle)]) == kind
+
+
+@pytest.mark.parametrize(
+    ("keys", "kind"),
+    [
+        ({}, "drivetrain"),
+        ({"engine.cylinders": 3}, "drivetrain"),
+        ({"engine.exhaust_2.effective_area": "200 mm^2"}, "drivetrain with 2 exhausts"),
+        ({"effects.blow_by.area": "1 mm^2"}, "drivetrain with effects"),
+    ],
+)
+def test_a_drivetrain_is_a_kind_of_its_own_whatever_its_number_of_cylinders(keys, kind):
+    """Else a warm cache of steady runs would be taken for one of transients."""
+    assert kind_of_march_types([numba.typeof(prepare(Machine().with_(**keys), 0.5).p)]) == kind
 
 
 @compiled_only

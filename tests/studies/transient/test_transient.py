@@ -105,6 +105,33 @@ def test_a_floor_on_the_pulse_is_kept(tmp_path):
     assert "full lift" in short.warnings[0]
 
 
+def test_a_floor_on_the_pulse_is_laid_over_each_cylinders_own_command():
+    own = [{}, {"command.release": "50 deg"}]
+    args = {"speed": "0 s: 1200 rpm, 0.6 s: 1200 rpm"}
+    with_floor, without = (
+        apesim.run_transient(machine(engine_cylinders=2, cylinder=own), **args, min_pulse=floor)
+        for floor in ("10 ms", None)
+    )
+    closes, closed = (
+        [each["valve_close_deg"] for each in run.to_dict()["revolutions"][-1]["cylinders"]]
+        for run in (with_floor, without)
+    )
+    # 75 deg are longer than 10 ms, and stay; 55 deg become 72 deg.
+    assert closes[0] == pytest.approx(closed[0], abs=1.0)
+    assert closes[1] - closed[1] > 12.0
+
+
+def test_a_timing_leaves_the_command_of_a_second_stage_alone(tmp_path):
+    (tmp_path / "lead.csv").write_text(LEAD)
+    two = machine(**{"stage_2.bore": "120 mm", "stage_2.command.energise": "3 deg"})
+    args = {"speed": "0 s: 900 rpm, 0.8 s: 900 rpm"}
+    with_map = apesim.run_transient(two, timing=tmp_path / "lead.csv", **args).to_dict()["revolutions"][-1]
+    without = apesim.run_transient(two, **args).to_dict()["revolutions"][-1]
+    first, second = ([row["cylinders"][i]["valve_open_deg"] for row in (with_map, without)] for i in range(2))
+    assert first[0] == pytest.approx(first[1] - 0.036 * 900.0, abs=1.0)
+    assert second[0] == pytest.approx(second[1], abs=1.0)
+
+
 @pytest.mark.parametrize(
     ("arguments", "key", "right"),
     [
@@ -122,6 +149,15 @@ def test_wrong_arguments_are_named_with_the_right_form(arguments, key, right):
     with pytest.raises(InputError) as raised:
         apesim.run_transient(machine(), **arguments)
     assert any(fault.key == key and right in str(fault) for fault in raised.value.faults), raised.value
+
+
+def test_a_timing_does_not_silently_replace_a_cylinders_own_command(tmp_path):
+    (tmp_path / "lead.csv").write_text(LEAD)
+    own = machine(engine_cylinders=2, cylinder=[{}, {"command.release": "60 deg"}])
+    with pytest.raises(InputError, match=r"timing: would replace the command that cylinder\[2\] has of its own; leave"):
+        apesim.run_transient(own, speed=RAMP, timing=tmp_path / "lead.csv")
+    with pytest.raises(InputError, match=r"cranking_release: would replace"):
+        apesim.start_engine(own, cranking_release="130 deg")
 
 
 def test_every_plot_has_axes_with_units(ramp):
