@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+import apesim.engine.cycle.rates  # noqa: F401  # registers the march of a cycle
 from apesim.effect import library_for, volume_of
 from apesim.engine.angles import DEGREE
-from apesim.engine.cycle.cylinder_laws import TRACE
+from apesim.engine.cycle.cylinder_laws import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
 from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cycle_of, with_exergy
-from apesim.engine.cycle.rates import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM
 from apesim.engine.cycle.state import LINE, PIPE, SIZE, STATES, Cycle, engine_ledger
 from apesim.engine.effects import ENGINE_LIBRARY
 from apesim.engine.exergy import RATES
@@ -154,8 +154,8 @@ def run_steady(
         trace,
         work,
         exergy_end,
-        _change(coarse_ledger.work, ledger.work) if estimate_error else nan,
-        _change(coarse_ledger.groove.mass, ledger.groove.mass) if estimate_error else nan,
+        relative_change(coarse_ledger.work, ledger.work) if estimate_error else nan,
+        relative_change(coarse_ledger.groove.mass, ledger.groove.mass) if estimate_error else nan,
         tolerance,
         int(outcome.status if orbit.status == Status.DONE else orbit.status),
         outcome.steps,
@@ -237,7 +237,7 @@ def _within_its_stops(p: Cycle, known: Known) -> Known:
     return known._replace(y=y)
 
 
-def _change(value: float, reference: float) -> float:
+def relative_change(value: float, reference: float) -> float:
     """Relative change of a value against a reference; NaN where only the reference is 0."""
     if value == reference:
         return 0.0

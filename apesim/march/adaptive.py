@@ -282,7 +282,7 @@ def _locate_zero_crossings(
     logged: int,
 ) -> int:
     """Note the zero crossings in a step, and take over the values at its end."""
-    for i in range(EVENTS):
+    for i in range(w.shape[0]):
         if w[i] * w_end[i] < 0.0:
             x = _root(p, ZERO_CROSSING + i, t, h, 0.0, w[i], 1.0, w_end[i], c, mode, y, dy, g)
             dense(c, x, y)
@@ -465,7 +465,7 @@ def march(
     jacobian, room, has_jacobian = np.empty((y.shape[0], n + 1)), np.empty((n, n + 2)), False
     count = event_count(p)
     g, g_end = np.full(count, -1.0), np.full(count, -1.0)
-    w, w_end = np.zeros(EVENTS), np.zeros(EVENTS)
+    w, w_end = np.zeros(count), np.zeros(count)
     most_short = max_short_steps(p)
     steps = rejected = evaluations = happened = logged = sampled = 0
     work = 0.0

@@ -138,8 +138,8 @@ def zero_crossings(p: Any, t: float, y: np.ndarray, dy: np.ndarray, mode: np.nda
         Rates.
     mode : (k,) float array
         Modes of the machine.
-    w : (EVENTS,) float array
-        Values, 0 before; filled.
+    w : (n,) float array
+        Values, 0 before, as many as there are events; filled.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 """Periodic state of a machine that is driven in cycles."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cached_property
@@ -158,11 +158,18 @@ def distance(a: np.ndarray, b: np.ndarray, scale: np.ndarray) -> float:
 class Drive:
     """Machine with the cycle that it is driven in; counts what is marched."""
 
+    phases: Sequence[int] = (0,)
+    """Elements of the modes that are phases of pistons: held where their size is above `FREE`."""
+
     def __init__(self, p: Any, tables: Any, breakpoints: np.ndarray, accuracy: Accuracy) -> None:
         self.p, self.tables, self.breakpoints, self.accuracy = p, tables, breakpoints, accuracy
         self.log = np.empty((0, LOG_HEAD + len(accuracy.scale)))
         self.cycles = self.evaluations = 0
         self.outcome: Outcome | None = None
+
+    def clear_ledger(self, y: np.ndarray) -> None:
+        """Let what is summed up behind the states begin anew, as at the start of a cycle; changes `y` (m,)."""
+        y[len(self.accuracy.scale) :] = 0.0
 
     def march(
         self, y: np.ndarray, mode: np.ndarray, count: int = 1, record: Record = NO_RECORD
@@ -173,7 +180,7 @@ class Drive:
         the last cycles.
         """
         y, mode = y.copy(), mode.copy()
-        y[len(self.accuracy.scale) :] = 0.0
+        self.clear_ledger(y)
         status = Status.DONE
         while count and status == Status.DONE:
             count -= 1
@@ -247,8 +254,8 @@ def _plain_cycles(
         y, mode, status = drive.march(y, mode)
         if status != Status.DONE:
             return Settling(y, mode, status, change, change_of_two, 0)
-        change = _change(before, y, mode, drive.accuracy.scale)
-        change_of_two = _change(before_that, y, mode, drive.accuracy.scale)
+        change = _change(drive, before, y, mode)
+        change_of_two = _change(drive, before_that, y, mode)
         largest = max(largest, change) if first else 0.0
         repeats = repeats + 1 if _is_small(change, earlier, tolerance, sure) else 0
         repeats_of_two = repeats_of_two + 1 if _is_small(change_of_two, earlier_of_two, tolerance, sure) else 0
@@ -258,20 +265,25 @@ def _plain_cycles(
             break
     if not period and i == BURST - 1 and drive.cycles >= PATIENCE and largest <= SAME * drive.accuracy.tolerance:
         # A drift adds up over the cycles, the solver's error does not.
-        period = 1 if _change(first, y, mode, drive.accuracy.scale) <= largest else 0
+        period = 1 if _change(drive, first, y, mode) <= largest else 0
     return Settling(y, mode, status, change, change_of_two, period)
 
 
-def _is_other_phase(before: np.ndarray, after: np.ndarray) -> bool:
+def _is_other_phase(drive: Drive, before: np.ndarray, after: np.ndarray) -> bool:
     """Whether what was held is free, or the reverse; what is free may hover, and move either way."""
-    return (abs(before[0]) > FREE) != (abs(after[0]) > FREE)
+    return any((abs(before[i]) > FREE) != (abs(after[i]) > FREE) for i in drive.phases)
 
 
-def _change(earlier: tuple[np.ndarray, np.ndarray] | None, y: np.ndarray, mode: np.ndarray, scale: np.ndarray) -> float:
+def _is_held_elsewhere(drive: Drive, before: np.ndarray, after: np.ndarray) -> bool:
+    """Whether a piston that is held is held on the other side."""
+    return any(before[i] != after[i] and min(abs(before[i]), abs(after[i])) > FREE for i in drive.phases)
+
+
+def _change(drive: Drive, earlier: tuple[np.ndarray, np.ndarray] | None, y: np.ndarray, mode: np.ndarray) -> float:
     """Distance from an earlier state and mode; infinite where the phase differs or there was none."""
-    if earlier is None or _is_other_phase(earlier[1], mode):
+    if earlier is None or _is_other_phase(drive, earlier[1], mode):
         return np.inf
-    return distance(earlier[0], y, scale)
+    return distance(earlier[0], y, drive.accuracy.scale)
 
 
 def _is_small(change: float, earlier: float, tolerance: float, sure: bool) -> bool:
@@ -343,7 +355,7 @@ def _after(y: np.ndarray, step: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 def _image(drive: Drive, y: np.ndarray, mode: np.ndarray, count: int = 1) -> np.ndarray | None:
     """State after some cycles; None where they fail or change the phase."""
     image, mode_image, status = drive.march(y, mode, count)
-    return None if status != Status.DONE or _is_other_phase(mode, mode_image) else image
+    return None if status != Status.DONE or _is_other_phase(drive, mode, mode_image) else image
 
 
 def _linear_map(
@@ -365,7 +377,7 @@ def _linear_map(
         if other is None:
             return None
         slopes[:, i] = (image[:n] - other[:n]) / sizes / nudge
-    return Linear(y, sizes, slopes, (image - y)[:n] / sizes)
+    return Linear(y, sizes, slopes, (image[:n] - y[:n]) / sizes)
 
 
 def _linear(
@@ -393,7 +405,7 @@ def _linear(
 def _foretold(known: Linear, y: np.ndarray, image: np.ndarray, sizes: np.ndarray, error: float) -> Linear | None:
     """The map near a state by that of a known one, corrected by Broyden's first rule; None where its gain is off."""
     n = len(known.gain)
-    moved, gain = (y - known.y)[:n] / known.sizes, (image - y)[:n] / known.sizes
+    moved, gain = (y[:n] - known.y[:n]) / known.sizes, (image[:n] - y[:n]) / known.sizes
     if not moved.any():
         return known
     wrong = gain - known.gain - known.slopes @ moved + moved
@@ -506,7 +518,8 @@ class _Leap:
             return None
         foretold, gained, before = self.gain, np.abs(found.gain).max(), np.inf
         if foretold is None:
-            foretold = (found.y - self.y)[: len(found.gain)] / found.sizes / self.count
+            n = len(found.gain)
+            foretold = (found.y[:n] - self.y[:n]) / found.sizes / self.count
         else:
             before = np.abs(foretold).max()
         if gained > NEARER * before or np.abs(found.gain - foretold).max() <= max(FORETOLD * gained, noise):
@@ -615,10 +628,10 @@ def _from_known(drive: Drive, known: Known, tolerance: float, record: Record) ->
     for _ in range(MAX_CORRECTIONS):
         # From the first state the way is hardly ever short enough: what it does need not be recorded.
         image, mode_image, status = drive.march(y, mode, 1, NO_RECORD if before is None else record)
-        if status != Status.DONE or mode_image[0] != mode[0]:
+        if status != Status.DONE or any(mode_image[i] != mode[i] for i in drive.phases):
             return None
         sizes = _sizes(drive, y)
-        gain = (image - y)[:n] / sizes
+        gain = (image[:n] - y[:n]) / sizes
         if np.abs(gain[held]).max(initial=0.0) > tolerance:
             return None
 
@@ -666,15 +679,14 @@ def _accelerated(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float
         image, mode_image, status = drive.march(y, mode)
         if status == Status.TOO_MANY_EVALUATIONS:
             return Settling(image, mode_image, status, np.inf, np.inf, 0)
-        is_held = min(abs(mode[0]), abs(mode_image[0])) > FREE
-        if _is_other_phase(mode, mode_image) or (is_held and mode[0] != mode_image[0]):
+        if _is_other_phase(drive, mode, mode_image) or _is_held_elsewhere(drive, mode, mode_image):
             secants.forget()
             y, mode = image, mode_image
             continue
 
         # Whether the state repeats: nothing may be far that the secants show, nor what they do not.
         sizes = _sizes(drive, y)
-        gain = (image - y)[:n] / sizes
+        gain = (image[:n] - y[:n]) / sizes
         secants.add(y[:n], image[:n], sizes)
         step, left = secants.step(gain, sizes)
         change = float(np.abs(gain).max())
@@ -745,7 +757,7 @@ def _subharmonic(drive: Drive, found: Settling, max_cycles: int) -> Settling:
     It repeats where its change over a period is no more than the solver's error through two periods, and does not add
     up: a drift does. What changes by no more than that error from cycle to cycle has no such period.
     """
-    scale, tolerance = drive.accuracy.scale, drive.accuracy.tolerance
+    tolerance = drive.accuracy.tolerance
     passed: list[tuple[np.ndarray, np.ndarray]] = [(found.y, found.mode)]
     apart: list[list[float]] = []
     while len(apart) < MAX_PERIODS * MAX_PERIOD and drive.cycles < max_cycles:
@@ -754,13 +766,13 @@ def _subharmonic(drive: Drive, found: Settling, max_cycles: int) -> Settling:
         y, mode, status = drive.march(*passed[-1])
         if status != Status.DONE:
             return Settling(y, mode, status, np.inf, np.inf, 0)
-        changes = [_change(earlier, y, mode, scale) for earlier in passed[: -MAX_PERIOD - 1 : -1]]
+        changes = [_change(drive, earlier, y, mode) for earlier in passed[: -MAX_PERIOD - 1 : -1]]
         passed.append((y, mode))
         apart.append(changes)
         found = Settling(y, mode, status, changes[0], min(changes[1:2], default=np.inf), 0)
         for period in range(3, min(MAX_PERIOD, len(apart) // 3) + 1):
             largest = max(at[period - 1] for at in apart[-2 * period :])
-            if largest <= SAME * tolerance and _change(passed[-1 - 2 * period], y, mode, scale) <= largest:
+            if largest <= SAME * tolerance and _change(drive, passed[-1 - 2 * period], y, mode) <= largest:
                 return found._replace(period=period)
         if len(apart) >= 2 * MAX_PERIOD and min(changes[2:]) > FAINT * min(changes[:2]):
             break
@@ -788,7 +800,8 @@ def _moved(drive: Drive, found: Settling) -> np.ndarray | None:
     image = None if start is None else _image(drive, start, found.mode, REST_CYCLES)
     if start is None or image is None:
         return None
-    return (image - start)[: len(drive.accuracy.scale)] / _sizes(drive, start)
+    n = len(drive.accuracy.scale)
+    return (image[:n] - start[:n]) / _sizes(drive, start)
 
 
 def periodic_orbit(
@@ -876,6 +889,22 @@ def periodic_orbit(
     (True, 1, 0.0)
     """
     drive = Drive(p, tables, breakpoints, accuracy)
+    orbit = orbit_of(drive, y, mode, tolerance, max_cycles, known, record)
+    if known and not orbit.known:
+        return orbit._replace(known=known_orbit(p, tables, orbit, breakpoints, accuracy))
+    return orbit
+
+
+def orbit_of(
+    drive: Drive,
+    y: np.ndarray,
+    mode: np.ndarray,
+    tolerance: float = PERIODIC_TOLERANCE,
+    max_cycles: int = MAX_CYCLES,
+    known: Known | None = None,
+    record: Record = NO_RECORD,
+) -> Orbit:
+    """March a drive to its periodic state, see `periodic_orbit`."""
     found = _from_known(drive, known, tolerance, record) if known else None
     spent = 0
     if found is None and max_cycles > MAX_NEAR_CYCLES:  # whoever allows a few wants to see where plain cycles lead
@@ -885,8 +914,8 @@ def periodic_orbit(
             found, spent, drive.cycles = None, drive.cycles, 0
     found = found or _settled(drive, y, mode, tolerance, max_cycles - spent)
     y = found.y.copy()
-    y[accuracy.scale.shape[0] :] = 0.0
-    orbit = Orbit(
+    drive.clear_ledger(y)
+    return Orbit(
         y,
         found.mode,
         bool(found.period),
@@ -895,11 +924,9 @@ def periodic_orbit(
         found.change,
         found.change_of_two,
         found.status,
-        recorded=found.recorded,
+        None if found.correction is None else Known(y, found.mode, found.correction),
+        found.recorded,
     )
-    if found.correction is not None:
-        return orbit._replace(known=Known(y, found.mode, found.correction))
-    return orbit._replace(known=known_orbit(p, tables, orbit, breakpoints, accuracy)) if known else orbit
 
 
 def _nearer(found: Settling, kept: Settling) -> bool:

@@ -11,5 +11,5 @@ cylinder that is neither groove nor exhaust also needs its place in the ledger a
 
 A volume more is its entry in `state.VOLUMES`, its air in `gas_exchange.airs_at`, its gas at rest in
 `operating_point.charged_at_rest`, its balance in `cylinder_laws.cylinder_rates` with the check of its domain, and what
-is stored in it in `apesim.engine.exergy` and `apesim.engine.indicators`.
+is stored in it in `state.gas_held` and `apesim.engine.exergy`.
 """

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.air import GasContent
+from apesim.air import GasContent, heat_capacity
 from apesim.engine.angles import TURN
 from apesim.engine.cam import lift_line
 from apesim.engine.cycle.gas_exchange import (
@@ -51,6 +51,7 @@ from apesim.engine.cycle.state import (
     line_gas,
     pipe_gas,
     receiver_gas,
+    receiver_state,
     supply_of,
     update_ledgers,
     update_states,
@@ -63,9 +64,16 @@ from apesim.stack_array import zeros
 from apesim.valve import actuator as valve_actuator
 from apesim.valve.actuator import AT_REST, PHASE, PIECE, actuator_rates, state_of
 from apesim.valve.groove import piece_of
-from apesim.valve.ledger import FLOW_ENTRIES, ControlLedger, ledger_flow
+from apesim.valve.ledger import FLOW_ENTRIES, ControlLedger, ledger_flow, valve_states
 from apesim.valve.line import LINE_FLOW, change_line_regime, has_line, line_event, line_feed, start_line_segment
-from apesim.valve.motion import CORNER, actuator_events, handle_actuator_event, start_actuator_segment, take_piece
+from apesim.valve.motion import (
+    CORNER,
+    actuator_events,
+    actuator_zero_crossings,
+    handle_actuator_event,
+    start_actuator_segment,
+    take_piece,
+)
 from apesim.valve.piston import is_moving
 
 AIR_FLOWS = FLOW_ENTRIES * AIRS
@@ -74,6 +82,8 @@ FLOW = LINE_FLOW + 1
 """First of the events of flows through the ports of the gas exchange into another regime."""
 BRANCHED = FLOW + PORTS
 """Event of an effect of the cylinder on another branch of its law."""
+PRESSURE_EXTREMUM, RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM = range(3, 6)
+"""Zero crossings: extremum of the pressure in the cylinder and in the receiver, and of the cylinder temperature."""
 TRACE = (
     "cylinder_pressure [Pa abs]",
     "cylinder_temperature [K]",
@@ -293,6 +303,105 @@ def start_window(p: Cycle, tables: CycleTables, now: Instant, middle: float, y: 
         mode[INTAKE_OPEN] = 1.0 if (middle - p.open_target) % TURN < p.close_target - p.open_target else 0.0
     start_exchange_segment(p, now, middle, y, mode)
     mode[BRANCHES] = effect_branches(p, now, y)
+
+
+@kernel
+def temperature_rate(p: Cycle, content: GasContent, rates: GasContent, temperature: float) -> float:
+    """Rate of the temperature of a gas volume.
+
+    ``dT/dt = (dU/dt - u dm/dt)/(m cv)``, with the mass m, the internal energy U, ``u = U/m`` and the heat capacity cv.
+
+    It is Eq. 5 of the EPV paper (doi 10.1631/jzus.A0820373), solved for the temperature of a volume whose mass and
+    energy are known.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    content : apesim.air.GasContent
+        Mass and internal energy of the gas.
+    rates : apesim.air.GasContent
+        Rates of mass [kg/s] and internal energy [W].
+    temperature : float
+        Temperature of the gas [K].
+
+    Returns
+    -------
+    float
+        Rate of the temperature [K/s].
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+
+    717.6 W into 1 kg of air at constant volume, 717.6 J/(kg K), warm it by 1 K/s:
+
+    >>> print(round(temperature_rate(cycle, GasContent(1.0, 2e5), GasContent(0.0, 717.625), 290.0), 6))
+    1.0
+    """
+    gas, (mass, energy), (mass_rate, energy_rate) = p.actuator.gas, content, rates
+    cv = heat_capacity(gas, temperature) - gas.gas_constant
+    return (energy_rate - energy / mass * mass_rate) / (mass * cv)
+
+
+@kernel
+def cylinder_zero_crossings(
+    p: Cycle, now: Instant, y: np.ndarray, dy: np.ndarray, mode: np.ndarray, w: np.ndarray
+) -> None:
+    """Write what is located where it crosses zero: slopes of both pressures and of the cylinder's temperature.
+
+    The slopes are those of the logarithms of the pressures in cylinder and receiver, and of the cylinder's temperature;
+    the zero crossings of the valve are added.
+
+    The slope of a pressure follows from ``p V = m R T``, Eq. 3 of the EPV paper (doi 10.1631/jzus.A0820373).
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    now : apesim.engine.cycle.state.Instant
+        What is around the cylinder.
+    y : (>= STATES,) float array
+        State vector.
+    dy : (>= STATES,) float array
+        Rates of the state vector.
+    mode : (>= MODES,) float array
+        Modes of the smooth segment.
+    w : (n,) float array
+        Values that are followed; changed.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.cycle.rates import cycle_rates
+    >>> from apesim.engine.cycle.state import instant_at
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+
+    With no flow, temperature and pressure rise as long as the piston compresses:
+
+    >>> (dy, w), compressing = (np.zeros_like(y), np.zeros(16)), -0.001
+    >>> cycle_rates(cycle, compressing, y, mode, dy)
+    True
+    >>> cylinder_zero_crossings(cycle, instant_at(cycle, compressing, y), y, dy, mode, w)
+    >>> bool(w[PRESSURE_EXTREMUM] > 0.0 and w[TEMPERATURE_EXTREMUM] > 0.0)
+    True
+    """
+    if p.engine.intake == EPV:
+        actuator_zero_crossings(p.actuator, y, valve_states(dy).speed, mode, w)
+    cylinder, slope = cylinder_state(p, now, y)
+    (mass, _), (mass_rate, _), t_c = cylinder_gas(y), cylinder_gas(dy), cylinder.air.temperature
+    warming = temperature_rate(p, cylinder_gas(y), cylinder_gas(dy), t_c)
+    w[PRESSURE_EXTREMUM] = mass_rate / mass + warming / t_c - slope * p.speed / cylinder.volume
+    w[TEMPERATURE_EXTREMUM] = warming
+    if p.receiver_volume > 0.0:
+        temperature = receiver_state(p, y).temperature
+        (mass, _), (mass_rate, _) = receiver_gas(y), receiver_gas(dy)
+        warming = temperature_rate(p, receiver_gas(y), receiver_gas(dy), temperature)
+        w[RECEIVER_EXTREMUM] = mass_rate / mass + warming / temperature
 
 
 @kernel

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from apesim.air import GasContent, heat_capacity
 from apesim.engine.cycle.cylinder_laws import (
     cylinder_events,
     cylinder_rates,
+    cylinder_zero_crossings,
     handle_cylinder_event,
     observe_cylinder,
     start_cylinder_segment,
@@ -14,11 +14,8 @@ from apesim.engine.cycle.operating_point import MAX_TURN
 from apesim.engine.cycle.state import (
     Cycle,
     CycleTables,
-    cylinder_gas,
     cylinder_state,
     instant_at,
-    receiver_gas,
-    receiver_state,
 )
 from apesim.engine.cylinder import EPV
 from apesim.kernel import kernel
@@ -34,15 +31,10 @@ from apesim.march.hybrid_system import (
 )
 from apesim.valve.actuator import MAX_STEP, PHASE
 from apesim.valve.ledger import valve_states
-from apesim.valve.motion import (
-    actuator_zero_crossings,
-)
 from apesim.valve.piston import is_moving
 
 MAX_PATH = 0.01
 """Share of the stroke up to which a valve that creeps may move in a longer step than that; chosen."""
-PRESSURE_EXTREMUM, RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM = range(3, 6)
-"""Zero crossings: extremum of the pressure in the cylinder and in the receiver, and of the cylinder temperature."""
 
 
 @rates.for_type(Cycle)
@@ -156,100 +148,11 @@ def handle_cycle_event(p: Cycle, tables: CycleTables, event: int, t: float, y: n
     handle_cylinder_event(p, tables, event, instant_at(p, t, y), y, mode)
 
 
-@kernel
-def temperature_rate(p: Cycle, content: GasContent, rates: GasContent, temperature: float) -> float:
-    """Rate of the temperature of a gas volume.
-
-    ``dT/dt = (dU/dt - u dm/dt)/(m cv)``, with the mass m, the internal energy U, ``u = U/m`` and the heat capacity cv.
-
-    It is Eq. 5 of the EPV paper (doi 10.1631/jzus.A0820373), solved for the temperature of a volume whose mass and
-    energy are known.
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    content : apesim.air.GasContent
-        Mass and internal energy of the gas.
-    rates : apesim.air.GasContent
-        Rates of mass [kg/s] and internal energy [W].
-    temperature : float
-        Temperature of the gas [K].
-
-    Returns
-    -------
-    float
-        Rate of the temperature [K/s].
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-
-    717.6 W into 1 kg of air at constant volume, 717.6 J/(kg K), warm it by 1 K/s:
-
-    >>> print(round(temperature_rate(cycle, GasContent(1.0, 2e5), GasContent(0.0, 717.625), 290.0), 6))
-    1.0
-    """
-    gas, (mass, energy), (mass_rate, energy_rate) = p.actuator.gas, content, rates
-    cv = heat_capacity(gas, temperature) - gas.gas_constant
-    return (energy_rate - energy / mass * mass_rate) / (mass * cv)
-
-
 @zero_crossings.for_type(Cycle)
 @kernel
 def cycle_zero_crossings(p: Cycle, t: float, y: np.ndarray, dy: np.ndarray, mode: np.ndarray, w: np.ndarray) -> None:
-    """Write what is located where it crosses zero: slopes of both pressures and of the cylinder's temperature.
-
-    The slopes are those of the logarithms of the pressures in cylinder and receiver, and of the cylinder's temperature;
-    the zero crossings of the valve are added.
-
-    The slope of a pressure follows from ``p V = m R T``, Eq. 3 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    t : float
-        Time from the start of the cycle [s].
-    y : (>= SIZE,) float array
-        State vector.
-    dy : (>= SIZE,) float array
-        Rates of the state vector.
-    mode : (MODES,) float array
-        Modes of the smooth segment.
-    w : (n,) float array
-        Values that are followed; changed.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-
-    With no flow, temperature and pressure rise as long as the piston compresses:
-
-    >>> (dy, w), compressing = (np.zeros_like(y), np.zeros(16)), -0.001
-    >>> cycle_rates(cycle, compressing, y, mode, dy)
-    True
-    >>> cycle_zero_crossings(cycle, compressing, y, dy, mode, w)
-    >>> bool(w[PRESSURE_EXTREMUM] > 0.0 and w[TEMPERATURE_EXTREMUM] > 0.0)
-    True
-    """
-    if p.engine.intake == EPV:
-        actuator_zero_crossings(p.actuator, y, valve_states(dy).speed, mode, w)
-    cylinder, slope = cylinder_state(p, instant_at(p, t, y), y)
-    (mass, _), (mass_rate, _), t_c = cylinder_gas(y), cylinder_gas(dy), cylinder.air.temperature
-    warming = temperature_rate(p, cylinder_gas(y), cylinder_gas(dy), t_c)
-    w[PRESSURE_EXTREMUM] = mass_rate / mass + warming / t_c - slope * p.speed / cylinder.volume
-    w[TEMPERATURE_EXTREMUM] = warming
-    if p.receiver_volume > 0.0:
-        temperature = receiver_state(p, y).temperature
-        (mass, _), (mass_rate, _) = receiver_gas(y), receiver_gas(dy)
-        warming = temperature_rate(p, receiver_gas(y), receiver_gas(dy), temperature)
-        w[RECEIVER_EXTREMUM] = mass_rate / mass + warming / temperature
+    """Write what is located where it crosses zero, see `cylinder_zero_crossings`."""
+    cylinder_zero_crossings(p, instant_at(p, t, y), y, dy, mode, w)
 
 
 @start_segment.for_type(Cycle)

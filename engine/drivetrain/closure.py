@@ -7,7 +7,6 @@ import numpy as np
 
 from apesim.engine.cycle.state import control_ledger, effects_ledger, engine_ledger, gas_held, has_pipe
 from apesim.engine.drivetrain.preparing import Prepared
-from apesim.engine.drivetrain.run import DrivetrainRun
 from apesim.engine.drivetrain.state import (
     EXCHANGED_HEAT,
     FRICTION_WORK,
@@ -37,7 +36,7 @@ class Closure(NamedTuple):
     """Energy of the shaft; NaN where its speed is imposed."""
 
 
-def closure_of_run(prepared: Prepared, run: DrivetrainRun) -> Closure:
+def closure_of_run(prepared: Prepared, end: np.ndarray) -> Closure:
     """Find the mass and energy of all air, and the energy of the shaft, that a run from its start leaves open.
 
     ``dU = H_in - H_out + Q - sum(int p dV)`` and ``J d(omega^2)/2 = W_gas - W_friction - W_load``: the balances of all
@@ -49,8 +48,8 @@ def closure_of_run(prepared: Prepared, run: DrivetrainRun) -> Closure:
     ----------
     prepared : apesim.engine.drivetrain.preparing.Prepared
         Drivetrain with its state at the start.
-    run : apesim.engine.drivetrain.run.DrivetrainRun
-        March from there.
+    end : (n,) float array
+        State vector at the end of the march from there.
 
     Returns
     -------
@@ -63,12 +62,12 @@ def closure_of_run(prepared: Prepared, run: DrivetrainRun) -> Closure:
     >>> from apesim.engine.drivetrain.run import run_drivetrain
     >>> from apesim.engine.machine import Machine
     >>> start = prepare(Machine(), 0.5)
-    >>> all(float(part) < 1e-9 for part in closure_of_run(start, run_drivetrain(start, 1e-4)))
+    >>> all(float(part) < 1e-9 for part in closure_of_run(start, run_drivetrain(start, 1e-4).y))
     True
     """
     p = prepared.p
     counted = shaft_extremes(p)
-    change = run.y[:counted] - prepared.y[:counted]
+    change = end[:counted] - prepared.y[:counted]
     shaft = change[shaft_ledger(p) :]
     mass = energy = mass_through = energy_through = 0.0
     energy -= float(shaft[EXCHANGED_HEAT] + shaft[WALL_HEAT])
@@ -96,7 +95,7 @@ def closure_of_run(prepared: Prepared, run: DrivetrainRun) -> Closure:
     if p.is_imposed:
         unbalanced = nan
     else:
-        speed, speed_end = (state[shaft_states(p) + SPEED] for state in (prepared.y, run.y))
+        speed, speed_end = (state[shaft_states(p) + SPEED] for state in (prepared.y, end))
         kinetic = 0.5 * p.shaft.inertia * (speed_end**2 - speed**2)
         works = shaft[GAS_WORK], shaft[FRICTION_WORK], shaft[LOAD_WORK]
         turned_over = float(np.abs([kinetic, *works]).max())

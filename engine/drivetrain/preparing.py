@@ -106,17 +106,16 @@ class Prepared(NamedTuple):
     """Times at which something imposed changes [s]."""
 
 
-def cycles_of(machine: Machine) -> list[tuple[Cycle, CycleTables]]:
-    """Compute what the kernels need to know of each cylinder, at a speed of 1 rad/s."""
-    if machine.stage_2.is_on:
-        stage = machine.stage_2
-        same = {name: getattr(stage, name) for name in ("bore", "stroke", "rod_length", "pin_offset")}
-        engine = machine.engine._replace(
-            **same, compression_ratio=stage.compression_ratio, exhaust=stage.exhaust, cam=stage.cam
-        )
-        second = machine._replace(engine=engine, groove=stage.groove, command=stage.command)
-        return [cycle_of(each, 1.0)[:2] for each in (machine, second)]
-    return [cycle_of(machine.machine_of_cylinder(i), 1.0)[:2] for i in range(int(machine.engine.cylinders))]
+def machines_of(machine: Machine) -> list[Machine]:
+    """Make the machine of each cylinder, or of each stage."""
+    if not machine.stage_2.is_on:
+        return [machine.machine_of_cylinder(i) for i in range(int(machine.engine.cylinders))]
+    stage = machine.stage_2
+    same = {name: getattr(stage, name) for name in ("bore", "stroke", "rod_length", "pin_offset")}
+    engine = machine.engine._replace(
+        **same, compression_ratio=stage.compression_ratio, exhaust=stage.exhaust, cam=stage.cam
+    )
+    return [machine, machine._replace(engine=engine, groove=stage.groove, command=stage.command)]
 
 
 def prepare(machine: Machine, angle: float, course: Course = NO_COURSE, goal: Goal = NO_GOAL) -> Prepared:
@@ -125,7 +124,7 @@ def prepare(machine: Machine, angle: float, course: Course = NO_COURSE, goal: Go
     Receivers are at supply pressure, the cylinders at ambient state in the volumes of their angles, the valves closed;
     an inter-receiver is at ambient state. A solenoid whose command is energised there has its first edge at once.
     """
-    cycles = cycles_of(machine)
+    cycles = [cycle_of(each, 1.0)[:2] for each in machines_of(machine)]
     count, stages = len(cycles), machine.stage_2.is_on
     phases = np.array([0.0, machine.stage_2.phase]) if stages else np.array(machine.engine.resolve_phases())
     corners = corners_of(cycles)
@@ -159,6 +158,7 @@ def prepare(machine: Machine, angle: float, course: Course = NO_COURSE, goal: Go
         np.ascontiguousarray(course.deviations).reshape(count, -1),
         exchanger,
         goal,
+        is_followed=0,
     )
     tables = _tables(machine, [each for _, each in cycles], course)
     y, mode = _at_rest(p, tables, angle, [each for each, _ in cycles], [each for _, each in cycles], machine)
@@ -172,18 +172,28 @@ def released(free: Prepared, y: np.ndarray, mode: np.ndarray, time: float) -> Pr
     Ledgers and extremes begin anew, and with them the count of turns.
     """
     p, y, mode = free.p, y.copy(), mode.copy()
-    first, modes = shaft_states(p), shaft_modes(p)
-    y[first + ANGLE] = 0.0
-    y[first + SHAFT_STATES : shaft_extremes(p)] = 0.0
+    y[shaft_states(p) + ANGLE] = 0.0
+    begin_ledgers(p, y)
+    shift_times(p, mode, time)
+    for i in range(len(p.numbers)):
+        find_corner(p.corners[i], own_angle(p, y, i), own_modes(mode, i))
+        find_command(own_angle(p, y, i), own_modes(mode, i))
+    mode[shaft_modes(p) + TURNS] = 0.0
+    return free._replace(y=y, mode=mode)
+
+
+def begin_ledgers(p: Drivetrain, y: np.ndarray) -> None:
+    """Let ledgers and extremes begin anew, all but the pressures that friction follows; changes `y`."""
+    y[shaft_states(p) + SHAFT_STATES : shaft_extremes(p)] = 0.0
     begin_extremes(p, y)
+
+
+def shift_times(p: Drivetrain, mode: np.ndarray, time: float) -> None:
+    """Count the times of edges from a later instant [s] on; changes `mode`."""
     for i in range(len(p.numbers)):
         own = own_modes(mode, i)
         own[FIRST_EDGE : FIRST_EDGE + EDGES] -= time
         own[NEXT_TIME] = -inf
-        find_corner(p.corners[i], own_angle(p, y, i), own)
-        find_command(own_angle(p, y, i), own)
-    mode[modes + TURNS] = 0.0
-    return free._replace(y=y, mode=mode)
 
 
 def corners_of(cycles: Sequence[tuple[Cycle, CycleTables]]) -> np.ndarray:

@@ -8,14 +8,15 @@ from apesim.engine.cycle.cylinder_laws import (
     TRACE,
     cylinder_events,
     cylinder_rates,
+    cylinder_zero_crossings,
     handle_cylinder_event,
     observe_cylinder,
     start_cylinder_segment,
     start_window,
+    temperature_rate,
 )
 from apesim.engine.cycle.gas_exchange import add_flow
 from apesim.engine.cycle.operating_point import MAX_TURN
-from apesim.engine.cycle.rates import temperature_rate
 from apesim.engine.cycle.state import (
     CYLINDER,
     RECEIVER,
@@ -106,10 +107,12 @@ from apesim.march.hybrid_system import (
     is_followed,
     max_short_steps,
     observe,
+    power,
     rates,
     segment_end,
     start_segment,
     step_share,
+    zero_crossings,
 )
 from apesim.packed import unpacked
 from apesim.restriction import Flow
@@ -149,8 +152,35 @@ def drivetrain_event_count(p: Drivetrain) -> int:
 @is_followed.for_type(Drivetrain)
 @kernel
 def drivetrain_is_followed(p: Drivetrain) -> bool:
-    """Return False: extremes are kept by `keep_extremes`, and the work by the ledger."""
-    return False
+    """Return whether zero crossings are located; usually `keep_extremes` and the ledger do."""
+    return p.is_followed == 1
+
+
+@zero_crossings.for_type(Drivetrain)
+@kernel
+def drivetrain_zero_crossings(
+    p: Drivetrain, t: float, y: np.ndarray, dy: np.ndarray, mode: np.ndarray, w: np.ndarray
+) -> None:
+    """Write what is located where it crosses zero, of each cylinder at the number of its first event."""
+    if p.is_followed == 0:
+        return
+    for i in range(cylinders_of(p)):
+        c = cylinder_of(p, y, mode, i)
+        now, own_w = surroundings_of(p, c, y, mode, i), w[OWN_EVENTS * i : OWN_EVENTS * (i + 1)]
+        cylinder_zero_crossings(c, now, block_of(y, i), block_of(dy, i), own_modes(mode, i), own_w)
+
+
+@power.for_type(Drivetrain)
+@kernel
+def drivetrain_power(p: Drivetrain, t: float, y: np.ndarray) -> float:
+    """Power of the gas above ambient pressure on the pistons of all cylinders."""
+    place, torque = shaft_states(p), 0.0
+    for i in range(cylinders_of(p)):
+        c: Cycle = unpacked(p.template, p.numbers, i)
+        volume, slope = cylinder_volume(c.crank, own_angle(p, y, i))
+        pressure = chamber_state(c.actuator.gas, cylinder_gas(block_of(y, i)), volume).pressure
+        torque += indicated_power(pressure, c.actuator.ambient.pressure, slope, 1.0)
+    return torque * y[place + SPEED]
 
 
 @max_short_steps.for_type(Drivetrain)

@@ -135,6 +135,8 @@ class Drivetrain(NamedTuple):
     """Heat exchanger before the inter-receiver."""
     goal: Goal
     """What the march waits for."""
+    is_followed: int
+    """1: a march that notes follows zero crossings and the power, too."""
 
 
 class DrivetrainTables(NamedTuple):

@@ -305,7 +305,7 @@ def run_transient(
     march = call_in_thread(run_drivetrain, start, end, times, report=told).result()
     wall_time = time.perf_counter() - begin
 
-    closure = closure_of_run(start, march)
+    closure = closure_of_run(start, march.y)
     columns, full = revolution_columns(march), march.cylinders["full_lift"]
     dip = machine.supply.pressure - march.cylinders["min_receiver"].min(axis=1, initial=np.inf)
     values = _totals(start, march) | {

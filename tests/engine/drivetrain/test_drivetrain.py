@@ -93,7 +93,7 @@ def close(seeds):
     worst, reversals = np.zeros(3), 0
     for seed in seeds:
         start, run = random_transient(seed)
-        worst = np.maximum(worst, closure_of_run(start, run))
+        worst = np.maximum(worst, closure_of_run(start, run.y))
         reversals += any(event.kind in (EventKind.HALT, EventKind.REST) for event in run.events)
     return worst, reversals
 
@@ -122,7 +122,7 @@ def test_two_stages_close():
         }
     )
     start = prepare(stages, 30.0 * DEGREE)
-    assert max(closure_of_run(start, run_drivetrain(start, 0.5))) < CLOSED
+    assert max(closure_of_run(start, run_drivetrain(start, 0.5).y)) < CLOSED
 
 
 def test_corners_that_are_passed_both_ways_lead_back():
