@@ -11,6 +11,7 @@ from apesim.air import ANR_DENSITY, Gas, GasState, enthalpy, temperature_at_enth
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cam import cam_angles
 from apesim.engine.cycle.state import (
+    Cycle,
     control_ledger,
     cylinder_gas,
     effects_ledger,
@@ -250,7 +251,7 @@ def lowest_temperature(run: SteadyRun) -> float:
     return temperature_of(gas, min(energy / mass for mass, energy in gases))
 
 
-def exhaust_temperature(run: SteadyRun) -> float:
+def exhaust_temperature(*runs: SteadyRun) -> float:
     """Mixed temperature of the exhaust air: that of the mean enthalpy of what flows out in a cycle.
 
     ``h(T_mix) = (H_e + m_back h(T_0))/(m_e + m_back)``, with net mass m_e and enthalpy H_e through the exhaust valves,
@@ -260,13 +261,13 @@ def exhaust_temperature(run: SteadyRun) -> float:
 
     Parameters
     ----------
-    run : apesim.engine.steady.SteadyRun
-        Operating point.
+    *runs : apesim.engine.steady.SteadyRun
+        Operating point, of one cylinder or of each of several.
 
     Returns
     -------
     float
-        Mixed temperature of the exhaust air [K]; NaN where nothing flows out.
+        Mixed temperature of the exhaust air of all [K]; NaN where nothing flows out.
 
     References
     ----------
@@ -281,10 +282,11 @@ def exhaust_temperature(run: SteadyRun) -> float:
     >>> print(round(exhaust_temperature(run), 1), "K")
     223.2 K
     """
-    gas, air = run.cycle.actuator.gas, engine_ledger(run.end)
-    back = air.exhaust_back
-    mass = air.exhaust.mass + back
-    energy = air.exhaust.enthalpy + back * enthalpy(gas, run.cycle.actuator.ambient.temperature)
+    gas, mass, energy = runs[0].cycle.actuator.gas, 0.0, 0.0
+    for run in runs:
+        air = engine_ledger(run.end)
+        mass += air.exhaust.mass + air.exhaust_back
+        energy += air.exhaust.enthalpy + air.exhaust_back * enthalpy(gas, run.cycle.actuator.ambient.temperature)
     return temperature_at_enthalpy(gas, energy / mass) if mass > 0.0 else nan
 
 
@@ -345,6 +347,49 @@ def closure(run: SteadyRun) -> tuple[float, float]:
     return closure_of(mass, through, held.mass), closure_of(energy, carried, held.energy)
 
 
+def performance(
+    p: Cycle, turns: float, work: float, fmep: float, swept: float, air: tuple[float, float]
+) -> dict[str, float]:
+    """Compute what follows from work and air of a cycle, by the names in `INDICATORS`; see `indicators`.
+
+    Takes a cylinder for what all draw and give to, the turns [1/s], the work [J], the friction mean effective pressure
+    [Pa], the swept volume [m3], engine air and control air [kg].
+    """
+    gas, ambient, (engine_air, control_air) = p.actuator.gas, p.actuator.ambient, air
+    brake, all_air = work - fmep * swept, engine_air + control_air
+
+    # Ideal work is counted from where the air is drawn: control air may come from the regulator or the receiver.
+    drawn = p.supply if p.control_from_receiver else p.control
+
+    def efficiency(law: Callable[[GasState], float]) -> float:
+        ideal = engine_air * law(p.supply) + control_air * law(drawn)
+        return ratio(brake, ideal) if brake > 0.0 else nan
+
+    def expansion_efficiency(law: Callable[[Gas, float, float], float]) -> float:
+        return efficiency(lambda state: law(gas, state.temperature, state.pressure / ambient.pressure))
+
+    return {
+        "speed_rpm": float(f"{turns * 60.0:.12g}"),  # so that 1000 rpm is 1000 again
+        "indicated_torque_Nm": work / TURN,
+        "brake_torque_Nm": brake / TURN,
+        "indicated_power_W": work * turns,
+        "brake_power_W": brake * turns,
+        "imep_Pa": work / swept,
+        "bmep_Pa": brake / swept,
+        "fmep_Pa": fmep,
+        "engine_air_kg_per_cycle": engine_air,
+        "control_air_kg_per_cycle": control_air,
+        "specific_air_kg_per_kWh": ratio(all_air * JOULE_PER_KWH, brake),
+        "specific_engine_air_kg_per_kWh": ratio(engine_air * JOULE_PER_KWH, brake),
+        "indicated_specific_air_kg_per_kWh": ratio(all_air * JOULE_PER_KWH, work),
+        "air_L_per_min_ANR": all_air * turns / ANR_DENSITY * 60e3,
+        "exergy_efficiency": efficiency(partial(flow_exergy, gas, ambient)),
+        "isothermal_efficiency": expansion_efficiency(isothermal_work),
+        "isentropic_efficiency": expansion_efficiency(isentropic_work),
+        "full_admission_efficiency": expansion_efficiency(full_admission_work),
+    }
+
+
 def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
     """Compute all scalar results of an operating point.
 
@@ -384,52 +429,19 @@ def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
     """
     p, orbit = run.cycle, run.orbit
     ledger, control = engine_ledger(run.end), control_ledger(run.end)
-    gas, ambient = p.actuator.gas, p.actuator.ambient
 
     # Work and air of a cycle, which most results are quotients of.
-    turns = p.speed / TURN
-    work = ledger.work
-    swept = swept_volume(p.engine)
-    peak = peak_pressure(run)
-    fmep = friction_pressure(run, peak)
-    brake = work - fmep * swept
-    engine_air, control_air = ledger.groove.mass, control.supplied.mass
-    air = engine_air + control_air
-
-    # Ideal work is counted from where the air is drawn: control air may come from the regulator or the receiver.
-    drawn = p.supply if p.control_from_receiver else p.control
-
-    def efficiency(law: Callable[[GasState], float]) -> float:
-        ideal = engine_air * law(p.supply) + control_air * law(drawn)
-        return ratio(brake, ideal) if brake > 0.0 else nan
-
-    def expansion_efficiency(law: Callable[[Gas, float, float], float]) -> float:
-        return efficiency(lambda state: law(gas, state.temperature, state.pressure / ambient.pressure))
+    work, peak = ledger.work, peak_pressure(run)
+    fmep, swept = friction_pressure(run, peak), swept_volume(p.engine)
+    air = ledger.groove.mass, control.supplied.mass
 
     # Whether the balances close. The march knows no engine friction: its work is given to the exergy ledger.
     mass_closure, energy_closure = closure(run)
     exergy = exergy_ledger(run, fmep * swept)
     return {
-        "speed_rpm": float(f"{turns * 60.0:.12g}"),  # so that 1000 rpm is 1000 again
-        "indicated_torque_Nm": work / TURN,
-        "brake_torque_Nm": brake / TURN,
-        "indicated_power_W": work * turns,
-        "brake_power_W": brake * turns,
-        "imep_Pa": work / swept,
-        "bmep_Pa": brake / swept,
-        "fmep_Pa": fmep,
-        "engine_air_kg_per_cycle": engine_air,
-        "control_air_kg_per_cycle": control_air,
+        **performance(p, p.speed / TURN, work, fmep, swept, air),
         "groove_back_flow_kg_per_cycle": ledger.groove_back,
         "exhaust_back_flow_kg_per_cycle": ledger.exhaust_back,
-        "specific_air_kg_per_kWh": ratio(air * JOULE_PER_KWH, brake),
-        "specific_engine_air_kg_per_kWh": ratio(engine_air * JOULE_PER_KWH, brake),
-        "indicated_specific_air_kg_per_kWh": ratio(air * JOULE_PER_KWH, work),
-        "air_L_per_min_ANR": air * turns / ANR_DENSITY * 60e3,
-        "exergy_efficiency": efficiency(partial(flow_exergy, gas, ambient)),
-        "isothermal_efficiency": expansion_efficiency(isothermal_work),
-        "isentropic_efficiency": expansion_efficiency(isentropic_work),
-        "full_admission_efficiency": expansion_efficiency(full_admission_work),
         **valve_angles(machine, run),
         "peak_cylinder_pressure_Pa": peak,
         "intake_pressure_fluctuation_Pa": receiver_range(run),

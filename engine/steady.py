@@ -162,14 +162,25 @@ def run_steady(
     )
 
 
+def is_of_one_cylinder(machine: Machine) -> bool:
+    """Whether a machine is one cylinder, with no keys of its own beside those of the machine, and one stage.
+
+    >>> is_of_one_cylinder(Machine()), is_of_one_cylinder(Machine().with_(engine_cylinders=2))
+    (True, False)
+    """
+    return not (machine.engine.cylinders > 1.0 or any(machine.cylinder) or machine.stage_2.is_on)
+
+
 def refuse_several(machine: Machine) -> None:
-    """Refuse an engine of several cylinders or stages, of which no periodic state is computed: raises InputError.
+    """Refuse an engine of several cylinders or stages, where one cylinder is marched: raises InputError.
 
     >>> refuse_several(Machine().with_(engine_cylinders=2))
     Traceback (most recent call last):
     ...
     apesim.quantities.input_errors.InputError: machine: engine.cylinders: is 2, and one alone is marched; write 1
     """
+    if is_of_one_cylinder(machine):
+        return
     faults = []
     if machine.engine.cylinders > 1.0:
         wrong = f"is {machine.engine.cylinders:g}, and one alone is marched"
@@ -180,8 +191,7 @@ def refuse_several(machine: Machine) -> None:
     if machine.stage_2.is_on:
         wrong = "switches a second stage on, and the first alone is marched"
         faults.append(Fault("machine", "stage_2.bore", wrong, 'leave [stage_2] out, or write "0 mm"'))
-    if faults:
-        raise InputError(faults)
+    raise InputError(faults)
 
 
 def known_state(machine: Machine, speed: float) -> Known | None:

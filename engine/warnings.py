@@ -1,5 +1,6 @@
 """Warnings about an operating point: what may be wrong with it, and what to change."""
 
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any
 
@@ -80,17 +81,30 @@ def judge_point(machine: Machine, run: SteadyRun, values: dict[str, Any]) -> dic
     Each text says what is the matter, and what to change. `values` are its indicators, see
     `apesim.engine.indicators.indicators`.
     """
-    warnings = _judge_orbit(run.orbit)
+    return judge_cylinders([machine], [run], values)
+
+
+def judge_cylinders(
+    machines: Sequence[Machine], runs: Sequence[SteadyRun], values: dict[str, Any]
+) -> dict[EngineWarning, str]:
+    """Find what a user should know of cylinders on one shaft, of which `values` are the totals, see `judge_point`.
+
+    A warning that several of them have is told of the first.
+    """
+    warnings = _judge_orbit(runs[0].orbit)
     if values["brake_torque_Nm"] <= 0.0:
         warnings[EngineWarning.NO_BRAKE_WORK] = "brake work is not positive: what is related to it is null"
-    if machine.engine.intake == EPV:
-        warnings |= _judge_valve(machine, run)
+    for number, (machine, run) in enumerate(zip(machines, runs, strict=True), start=1):
+        if machine.engine.intake == EPV:
+            prefix = f"cylinder {number}: " * (len(runs) > 1)
+            told = {warning: prefix + text for warning, text in _judge_valve(machine, run).items()}
+            warnings = told | warnings
     if values["isentropic_efficiency"] > 1.0:
         warnings[EngineWarning.ABOVE_ISENTROPIC] = (
             "more than isentropic work: heat from the walls, or air from outside, adds to it"
         )
-    hottest = float(run.trace[:, TEMPERATURE].max())
-    if run.cycle.actuator.gas.perfect and hottest > HOTTEST:
+    hottest = max(float(run.trace[:, TEMPERATURE].max()) for run in runs)
+    if runs[0].cycle.actuator.gas.perfect and hottest > HOTTEST:
         warnings[EngineWarning.BEYOND_CP] = (
             f"the cylinder comes to {hottest:.0f} K, beyond the {HOTTEST:g} K up to which cp(T) holds"
         )

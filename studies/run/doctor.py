@@ -11,14 +11,13 @@ from typing import Any, NamedTuple
 from apesim.archive.memory import available_memory
 from apesim.archive.surroundings import PACKAGES, processor, version_of
 from apesim.compiling import compile_times
-from apesim.engine.drivetrain.preparing import prepare
-from apesim.engine.drivetrain.run import run_drivetrain
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.kernel import cache_folder, kept_kinds
 from apesim.march.adaptive import march
 from apesim.quantities.trees import with_value
-from apesim.studies.run.engine_run import QUICK, run_engine
+from apesim.studies.run.compiling import QUICK, march_shortly
+from apesim.studies.run.engine_run import run_engine
 from apesim.studies.run.valve_run import run_valve
 from apesim.valve.bench import run_bench
 
@@ -92,12 +91,7 @@ def _march_engine(machine: Machine) -> None:
     run_steady(machine, QUICK, max_cycles=1)
 
 
-def _march_drivetrain(machine: Machine) -> None:
-    """March the engine's drivetrain from rest for a moment."""
-    run_drivetrain(prepare(machine, 0.5), 1e-5)
-
-
-MARCHES = {"valve": _march_valve, "engine": _march_engine, "drivetrain": _march_drivetrain}
+MARCHES = {"valve": _march_valve, "engine": _march_engine, "drivetrain": march_shortly}
 """Short marches by kind."""
 EFFECTS = " with effects"
 """What follows the kind where laws of effects are compiled in, see `apesim.compiling`."""

@@ -12,14 +12,14 @@ import numpy as np
 from apesim.engine.angles import TURN
 from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
 from apesim.engine.machine import Machine
-from apesim.engine.steady import run_steady
 from apesim.quantities import Arguments, Fault, InputError
 from apesim.quantities.arguments import WithUnit
 from apesim.results import Result, Trace, name_of, scalars_of
-from apesim.studies.execution.calls import arguments_of, compile_first, public
+from apesim.studies.execution.calls import arguments_of, public
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.execution.progress import Progress, show_progress
-from apesim.studies.run.engine_run import QUICK, compute_point
+from apesim.studies.run.compiling import compile_point
+from apesim.studies.run.engine_run import compute_point
 from apesim.studies.run.operating_conditions import JOBS, SPEED
 
 NUMBERS = {
@@ -106,7 +106,7 @@ def run_many(
     count = arguments.quantity("jobs", jobs, JOBS)
     arguments.refuse()
     for machine in machines:
-        compile_first(machine, run_steady, QUICK, max_cycles=1)
+        compile_point(machine)
     start = time.perf_counter()
     with show_progress(progress, "run many") as report:
         points = list(zip(machines, speeds * (len(machines) // len(speeds)), strict=True))
@@ -139,7 +139,7 @@ def _compute_all(
     def work() -> None:
         nonlocal done
         for number in left:  # which the threads share: each takes the next point
-            _, values, warnings = compute_point(*points[number])
+            values, warnings = compute_point(*points[number])
             computed[number] = values, warnings
             with telling:
                 done += 1

@@ -3,7 +3,8 @@
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import isnan, nan
+from itertools import cycle
+from math import isnan
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -11,24 +12,26 @@ import numpy as np
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import INTAKES
+from apesim.engine.drivetrain.indicators import SHAFT_INDICATORS, VALVE_INDICATORS
+from apesim.engine.drivetrain.point import PointRun, run_point
+from apesim.engine.drivetrain.rates import SHAFT_TRACE
+from apesim.engine.drivetrain.steady import Revolution
 from apesim.engine.exergy import TERMS
-from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
+from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
 from apesim.engine.machine import Machine
-from apesim.engine.steady import SteadyRun, run_steady
-from apesim.engine.warnings import judge_point
+from apesim.engine.steady import SteadyRun
 from apesim.march.adaptive import Status
 from apesim.quantities import split_header
 from apesim.quantities.arguments import WithUnit
 from apesim.results import NotConverged, Result, Trace, name_of, scalars_of
-from apesim.studies.execution.calls import arguments_of, compile_first, public, text_writer
+from apesim.studies.execution.calls import arguments_of, public, text_writer
 from apesim.studies.execution.own_thread import call_in_thread
+from apesim.studies.run.compiling import compile_point
 from apesim.studies.run.operating_conditions import SPEED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-QUICK = 100.0
-"""Speed of a march that only compiles [rad/s]: a cycle of a slow machine can take seconds of computing."""
 CLOSURES = {
     "mass": "mass_closure",
     "energy": "energy_closure",
@@ -38,7 +41,14 @@ CLOSURES = {
     "air_at_tenfold_tolerance": "air_tolerance_change",
 }
 """How closely a cycle closes: the key in JSON, and the name of the indicator."""
-NUMBERS = INDICATORS | {"wall_time_s": ("s", "computing time of the call")}
+NUMBERS = (
+    INDICATORS
+    | SHAFT_INDICATORS
+    | {
+        "speed_swing": ("1", "estimated (highest - lowest)/mean speed of a shaft with the machine's inertia"),
+        "wall_time_s": ("s", "computing time of the call"),
+    }
+)
 TRACE_NAMES = {
     "cylinder_pressure": "cylinder pressure",
     "cylinder_temperature": "cylinder temperature",
@@ -60,6 +70,10 @@ AXES = {
     "lift": (1e-3, "lift [mm]"),
 }
 """Unit in SI and label of the traces that are drawn."""
+TORQUE = TRACE.index("torque [N m]")
+"""Column of a trace."""
+LINE_STYLES = "-", "--", "-.", ":"
+"""Styles of the lines of several cylinders, in turn."""
 PLOTS = {
     "cylinder pressure": ("crank_angle_deg", "cylinder_pressure"),
     "lift": ("crank_angle_deg", "lift"),
@@ -72,9 +86,14 @@ PLOTS = {
 class EngineRun(Result):
     """One operating point at its periodic state; numbers as ``apesim engine run --json`` has them, traces as its CSV.
 
+    Of several cylinders the numbers are totals, those of a valve that of the first one, and the traces have a second
+    axis.
+
     Attributes
     ----------
-    march : SteadyRun
+    cylinders : tuple of dict
+        Numbers of each cylinder, keys as in `scalars` with their units; angles are its own.
+    march : SteadyRun or Revolution
         Last cycle of the march, for those who look deeper.
     """
 
@@ -88,7 +107,8 @@ class EngineRun(Result):
         "valve_close_deg",
     )
 
-    march: SteadyRun = field(kw_only=True)
+    cylinders: tuple[dict[str, float], ...] = field(default=(), kw_only=True)
+    march: SteadyRun | Revolution = field(kw_only=True)
 
     def to_dict(self) -> dict[str, Any]:
         """Convert to a dictionary with the keys of ``apesim engine run --json``.
@@ -96,7 +116,7 @@ class EngineRun(Result):
         Returns
         -------
         dict
-            Indicators, exergy of a cycle, closures and warnings; NaN where JSON says null.
+            Indicators, exergy of a cycle, closures, what each cylinder does, and warnings; NaN where JSON says null.
 
         Examples
         --------
@@ -106,8 +126,12 @@ class EngineRun(Result):
         >>> data["speed_rpm"], sorted(data["closure"])[:3]
         (1000.0, ['air_at_tenfold_tolerance', 'energy', 'exergy'])
         """
-        data = {key: self[key] for key in INDICATORS if key not in CLOSURES.values()}
+        left_out = {*CLOSURES.values(), "wall_time_s"} | ({*VALVE_INDICATORS} if len(self.cylinders) > 1 else set())
+        keys = [key for key, (unit, _) in NUMBERS.items() if name_of(key, unit) in self.scalars and key not in left_out]
+        data = {key: self[key] for key in keys}
         ledger = {term: data.pop(f"exergy_{term}_J") for term in TERMS}
+        if len(self.cylinders) > 1:
+            data["cylinders"] = [dict(own) for own in self.cylinders]
         return data | {
             "exergy_J_per_cycle": ledger,
             "closure": {name: self[key] for name, key in CLOSURES.items()},
@@ -116,7 +140,7 @@ class EngineRun(Result):
         }
 
     def plot(self, ax: "Axes | None" = None, what: str = "cylinder pressure") -> "Axes":
-        """Draw a trace of the cycle.
+        """Draw a trace of the cycle, a line for each cylinder.
 
         Parameters
         ----------
@@ -148,7 +172,11 @@ class EngineRun(Result):
         check_plotted(what, PLOTS)
         ax = axes_for(ax)
         x, y = PLOTS[what]
-        ax.plot(self.traces[x].values / AXES[x][0], self.traces[y].values / AXES[y][0])
+        lines = ax.plot(self.traces[x].values / AXES[x][0], self.traces[y].values / AXES[y][0])
+        if len(lines) > 1:
+            for number, (line, style) in enumerate(zip(lines, cycle(LINE_STYLES)), start=1):
+                line.set(linestyle=style, label=f"cylinder {number}")
+            ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         ax.set(xlabel=AXES[x][1], ylabel=AXES[y][1], title=self._told_conditions())
         return ax
 
@@ -195,15 +223,18 @@ class EngineRun(Result):
 
 
 @public
-def run_engine(machine: Machine, speed: WithUnit) -> EngineRun:
+def run_engine(machine: Machine, speed: WithUnit, free: bool = False) -> EngineRun:
     """March one operating point of the engine to its periodic state.
 
     Parameters
     ----------
     machine : Machine
-        Machine to run.
+        Machine to run, of one cylinder or of several on one shaft.
     speed : str or (float, str)
         Speed of the crankshaft with its unit, "1000 rpm" or ``(1000, "rpm")``.
+    free : bool
+        The shaft is free: it is let go at the speed, and its own periodic state against the machine's load is found.
+        Its mean speed is then a result.
 
     Returns
     -------
@@ -233,24 +264,31 @@ def run_engine(machine: Machine, speed: WithUnit) -> EngineRun:
     arguments.refuse()
 
     # Compiled before the clock starts, so that the time of the call is that of computing.
-    compile_first(machine, run_steady, QUICK, max_cycles=1)
+    compile_point(machine, free)
     start = time.perf_counter()
-    march, values, warnings = call_in_thread(compute_point, machine, omega).result()
+    point = call_in_thread(run_point, machine, omega, is_free=free).result()
+    march, values, warnings = point.run, dict(point.values), list(point.warnings.values())
     values["wall_time_s"] = time.perf_counter() - start
+    done = march.status == Status.DONE
+    if done and not free:
+        values["speed_swing"] = _speed_swing(machine, point, omega)
 
     # What a reader is told beside the numbers: the conditions, and how the march ended.
-    done, remedy = march.status == Status.DONE, Status(march.status).remedy
-    conditions = {"intake": INTAKES[machine.engine.intake], "speed": f"{omega / TURN * 60.0:.6g} r/min"}
+    remedy = _why_it_ended(march.status, free)
+    if not done:
+        warnings = [f"the march ended early: {remedy}"]
+    conditions = {"intake": INTAKES[machine.engine.intake]} | _shaft_conditions(machine, omega, free, values)
     orbit = march.orbit
     periodic = f"periodic after {orbit.cycles} cycles (period: {orbit.period} cycle{'s' * (orbit.period > 1)})"
     run = EngineRun(
         scalars_of(_typed(values), NUMBERS),
-        _traces(march),
+        _traces(point),
         conditions | supply_conditions(machine),
         warnings,
         periodic if done and orbit.converged else warnings[0],
         done and orbit.converged,
         text_writer(machine),
+        cylinders=tuple(dict(own) for own in point.cylinders),
         march=march,
     )
 
@@ -263,17 +301,43 @@ def run_engine(machine: Machine, speed: WithUnit) -> EngineRun:
     return run
 
 
-def compute_point(machine: Machine, speed: float) -> tuple[SteadyRun, dict[str, Any], list[str]]:
+def compute_point(machine: Machine, speed: float) -> tuple[dict[str, Any], list[str]]:
     """March one operating point to its periodic state, and find its indicators and what to know of them.
 
-    The speed is in rad/s. Returns the last cycle, the indicators by their names in files (NaN where the march ended
-    early), and warnings, such as how the march ended early.
+    The speed is in rad/s. Returns the indicators by their names in files (NaN where the march ended early), and
+    warnings, such as how the march ended early.
     """
-    march = run_steady(machine, speed)
-    if march.status != Status.DONE:
-        return march, dict.fromkeys(INDICATORS, nan), [f"the march ended early: {Status(march.status).remedy}"]
-    values = indicators(machine, march)
-    return march, values, list(judge_point(machine, march, values).values())
+    point = run_point(machine, speed)
+    if point.run.status != Status.DONE:
+        return dict(point.values), [f"the march ended early: {Status(point.run.status).remedy}"]
+    return dict(point.values), list(point.warnings.values())
+
+
+def _why_it_ended(status: int, free: bool) -> str:
+    """What to change where a march ended early, in words."""
+    if free and status == Status.STOPPED:
+        return "the shaft does not finish a revolution: lower the load, or raise the speed from which it is let go"
+    return Status(status).remedy
+
+
+def _speed_swing(machine: Machine, point: PointRun, speed: float) -> float:
+    """Estimate (highest - lowest)/mean speed of a shaft, from the torque over a turn at constant speed.
+
+    The energy that the torque above its mean stores swings by ``J omega^2`` times as much, with the inertia J.
+    """
+    torque = np.sum([trace[:, TORQUE] for trace in point.traces], axis=0)[:-1]
+    stored = np.cumsum(torque - torque.mean()) * TURN / len(torque)
+    return float(np.ptp(stored)) / (machine.shaft.inertia * speed**2)
+
+
+def _shaft_conditions(machine: Machine, speed: float, free: bool, values: Mapping[str, Any]) -> dict[str, str]:
+    """Speed, and number of cylinders or stages, in words."""
+    told = {"speed": f"{speed / TURN * 60.0:.6g} r/min"}
+    if free:
+        mean = "" if isnan(values["speed_rpm"]) else f"{values['speed_rpm']:.6g} r/min, "
+        told = {"speed": f"{mean}free, let go at {told['speed']}"}
+    count = int(machine.engine.cylinders)
+    return told | ({"stages": "2"} if machine.stage_2.is_on else {"cylinders": str(count)} if count > 1 else {})
 
 
 def supply_conditions(machine: Machine) -> dict[str, str]:
@@ -298,11 +362,43 @@ def _typed(values: Mapping[str, float]) -> dict[str, float]:
     return typed | {name: int(np.nan_to_num(values[name])) for name in COUNTS}
 
 
-def _traces(march: SteadyRun) -> dict[str, Trace]:
-    """Traces of the last cycle over crank angle, by their names in Python."""
-    dims = ("crank_angle_deg",)
-    traces = {"crank_angle_deg": Trace(dims, march.angles / DEGREE, "deg", "crank angle after TDC")}
+def _traces(point: PointRun) -> dict[str, Trace]:
+    """Traces of the last cycle over crank angle, by their names in Python; those of several cylinders by the shaft's.
+
+    Of a shaft there are its speed and the torque of all cylinders, too.
+    """
+    dims: tuple[str, ...] = ("crank_angle_deg",)
+    traces = {"crank_angle_deg": Trace(dims, point.run.angles / DEGREE, "deg", "crank angle after TDC")}
+    if not isinstance(point.run, SteadyRun):
+        rows = point.run.trace
+        traces["speed_rpm"] = Trace(dims, rows[:, SHAFT_TRACE.index("speed [rpm]")], "r/min", "speed of the shaft")
+        torque = rows[:, SHAFT_TRACE.index("gas_torque [N m]")]
+        traces["gas_torque"] = Trace(dims, torque, "N m", "torque of the gas in all cylinders")
+    if not point.traces:
+        return traces
+    rows = point.traces[0]
+    if len(point.traces) > 1:
+        dims, rows = (*dims, "cylinder"), np.stack(point.traces, axis=1)
+        count = np.arange(1, len(point.traces) + 1)
+        traces["cylinder"] = Trace(("cylinder",), count, "1", "number of the cylinder")
     for column, header in enumerate(TRACE):
         name, unit = split_header(header)
-        traces[name_of(name, unit or "1")] = Trace(dims, march.trace[:, column], unit or "1", TRACE_NAMES[name])
+        traces[name_of(name, unit or "1")] = Trace(dims, rows[..., column], unit or "1", TRACE_NAMES[name])
     return traces
+
+
+def trace_table(run: EngineRun) -> tuple[list[str], np.ndarray]:
+    """Header with units and rows of a run's traces, the columns of each of several cylinders with its number."""
+    rows = [run.traces["crank_angle_deg"].values]
+    header = ["crank_angle [deg]"]
+    if "gas_torque" in run.traces:
+        rows += [run.traces["speed_rpm"].values, run.traces["gas_torque"].values]
+        header += ["speed [rpm]", "gas_torque [N m]"]
+    count = max(1, len(run.cylinders))
+    for number in range(count):
+        for column in TRACE:
+            name, unit = split_header(column)
+            values = run.traces[name_of(name, unit or "1")].values
+            rows.append(values[:, number] if count > 1 else values)
+            header.append(column if count == 1 else f"{name}_{number + 1} [{unit}]")
+    return header, np.column_stack(rows)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from apesim.archive.grid import axes_of, places_of
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import INTAKES
+from apesim.engine.drivetrain.indicators import OWN_INDICATORS, SHAFT_INDICATORS
 from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
 from apesim.engine.warnings import EngineWarning
 from apesim.march.adaptive import Status
@@ -69,6 +71,7 @@ def archive_of(
     variables |= _how_it_ended(scalars) | _indicators(scalars) | _warnings(scalars)
     if traces:
         variables |= _traces(traces)
+    variables |= _cylinders(scalars, bool(traces))
     axes = "actuation", *(axis.name for axis in variation.axes), "speed_rpm"
     variables |= {name: replace(variables[name], coordinate=True) for name in axes}
     return Archive(machine, provenance, variables)
@@ -136,6 +139,33 @@ def _indicators(scalars: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
         if name in FLAGS or name in COUNTS:
             values = np.nan_to_num(values).astype(np.int64)
         variables[name] = column(values, unit, description, NO_YES if name in FLAGS else "")
+    return variables
+
+
+def _cylinders(scalars: Sequence[Mapping[str, Any]], with_traces: bool) -> dict[str, Variable]:
+    """What each of several cylinders does, NaN where a run has fewer; nothing where all runs have one."""
+    count = max(len(values["cylinders"]) for values in scalars)
+    if count < 2:
+        return {}
+    dims, text = ("run", "cylinder"), "of each cylinder"
+    variables = {"cylinder": Variable(("cylinder",), np.arange(1, count + 1), "1", "number of the cylinder")}
+    for name, (unit, description) in SHAFT_INDICATORS.items():
+        found = np.array([values.get(name, nan) for values in scalars], dtype=float)
+        variables[name] = column(found, unit, description)
+    for name in OWN_INDICATORS:
+        found = np.full((len(scalars), count), nan)
+        for run, values in enumerate(scalars):
+            found[run, : len(values["cylinders"])] = [own[name] for own in values["cylinders"]]
+        unit, description = INDICATORS[name]
+        variables[f"cylinder_{name}"] = Variable(dims, found, unit, f"{description}, {text}")
+    if with_traces:
+        rows = max(len(lift) for values in scalars for lift in values["lifts"])
+        lifts = np.full((len(scalars), count, rows), nan)
+        for run, values in enumerate(scalars):
+            for number, lift in enumerate(values["lifts"]):
+                lifts[run, number] = lift
+        description = f"lift of the intake, {text}, over the angle of the shaft"
+        variables["cylinder_lift"] = Variable((*dims, "crank_angle"), lifts, "m", description)
     return variables
 
 

@@ -7,13 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from apesim.engine.angles import DEGREE, TURN
-from apesim.engine.drivetrain.preparing import prepare
-from apesim.engine.drivetrain.run import run_drivetrain
 from apesim.engine.machine import Machine
 from apesim.quantities import Arguments, Pressure, Quantity, quoted
 from apesim.quantities.files import csv_columns
 from apesim.quantities.input_errors import InvalidValue
-from apesim.studies.execution.calls import compile_first
 from apesim.studies.run.operating_conditions import PRESSURE
 
 MOMENT = Quantity("s", 0, 1e5, "command line", typical="1.5 s")
@@ -149,13 +146,3 @@ def _between(place: list[tuple[np.ndarray, float]], values: np.ndarray) -> float
 def read_supply(arguments: Arguments, given: str | None) -> np.ndarray:
     """Read pressures of the supply over time, as rows of time [s] and pressure [Pa abs]."""
     return read_course(arguments, "supply", given, PRESSURE, "0.8 MPa gauge")
-
-
-def compile_drivetrain(machine: Machine) -> None:
-    """Compile the march of a machine's drivetrain, so that what is timed after it is compiled."""
-    compile_first(machine, march_shortly)
-
-
-def march_shortly(machine: Machine) -> None:
-    """March a drivetrain for an instant."""
-    run_drivetrain(prepare(machine, 0.5), 1e-5)

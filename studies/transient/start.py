@@ -17,9 +17,10 @@ from apesim.quantities.arguments import WithUnit
 from apesim.results import Result, scalars_of
 from apesim.studies.execution.calls import arguments_of, public, text_writer
 from apesim.studies.execution.own_thread import call_in_thread
+from apesim.studies.run.compiling import compile_drivetrain
 from apesim.studies.run.engine_run import supply_conditions
 from apesim.studies.run.operating_conditions import ANGLE, SPEED
-from apesim.studies.transient.courses import START_ANGLE, commands_of, compile_drivetrain, refuse_own_commands
+from apesim.studies.transient.courses import START_ANGLE, commands_of, refuse_own_commands
 from apesim.studies.transient.transient import traces_over_time
 
 if TYPE_CHECKING:

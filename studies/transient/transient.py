@@ -23,6 +23,7 @@ from apesim.quantities.arguments import WithUnit
 from apesim.results import NotConverged, Result, Trace, name_of, scalars_of
 from apesim.studies.execution.calls import arguments_of, public, text_writer
 from apesim.studies.execution.own_thread import call_in_thread
+from apesim.studies.run.compiling import compile_drivetrain
 from apesim.studies.run.engine_run import TRACE_NAMES, supply_conditions
 from apesim.studies.run.operating_conditions import SPEED, TIME
 from apesim.studies.transient.courses import (
@@ -31,7 +32,6 @@ from apesim.studies.transient.courses import (
     MOMENT,
     RPM,
     START_ANGLE,
-    compile_drivetrain,
     read_course,
     read_supply,
     read_timing,

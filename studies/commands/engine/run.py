@@ -36,19 +36,24 @@ SHOWN = (
     ("intake pressure fluctuation", "intake_pressure_fluctuation_Pa", 1e-3, "kPa"),
     ("lowest cylinder temperature", "lowest_cylinder_temperature_K", 1.0, "K"),
     ("exhaust temperature, mixed", "exhaust_temperature_K", 1.0, "K"),
+    ("torque ripple", "torque_ripple", 100.0, "%"),
+    ("receiver's dip below the supply", "receiver_dip_Pa", 1e-3, "kPa"),
+    ("lowest speed", "lowest_speed_rpm", 1.0, "r/min"),
+    ("highest speed", "highest_speed_rpm", 1.0, "r/min"),
 )
 COLD = "lowest_cylinder_temperature_K", "exhaust_temperature_K"
 """Numbers that say how cold the air comes to be."""
 
 
 def run_engine(
-    common: Common, speed: Annotated[str, typer.Option(metavar="N", help='E.g. "1000 rpm".')], csv: Traces = None
+    common: Common,
+    speed: Annotated[str, typer.Option(metavar="N", help='E.g. "1000 rpm".')],
+    free: Annotated[bool, typer.Option("--free", help="Let the shaft go at that speed, against the load.")] = False,
+    csv: Traces = None,
 ) -> int:
     """One operating point at its periodic steady state."""
-    import numpy as np
-
     from apesim.archive import find_target
-    from apesim.engine.cycle.cylinder_laws import TRACE
+    from apesim.engine.drivetrain.indicators import VALVE_INDICATORS
     from apesim.engine.indicators import ADIABATIC, is_adiabatic
     from apesim.results import NotConverged
     from apesim.studies.execution.output import write_traces
@@ -64,30 +69,52 @@ def run_engine(
     # A run that does not settle is shown all the same: its closures say how far off it is.
     try:
         with as_options("run_engine"):
-            run = console.run("to the periodic state", engine_run.run_engine, machine, speed=speed)
+            run = console.run("to the periodic state", engine_run.run_engine, machine, speed=speed, free=free)
     except NotConverged as error:
         run = error.result
     data, orbit = run.to_dict(), run.march.orbit
     if csv:
-        samples = np.column_stack((run.traces["crank_angle_deg"], run.march.trace))
-        write_traces(csv, ("crank_angle [deg]", *TRACE), samples)
+        write_traces(csv, *engine_run.trace_table(run))
 
     # Where no wall gives heat to the air, the cold temperatures are a limit, and their rows say so.
     limit = f", {ADIABATIC}" if is_adiabatic(machine) else ""
-    rows = [(name + limit * (key in COLD), number(run[key] * factor), unit) for name, key, factor, unit in SHOWN]
-    title = f"{run.conditions['intake']} at {run['speed_rpm']:g} r/min"
+    rows = [
+        (name + limit * (key in COLD), number(run[key] * factor), unit)
+        for name, key, factor, unit in SHOWN
+        if key in data
+    ]
+    title = f"{run.conditions['intake']} at {run['speed_rpm']:.6g} r/min" + ", free shaft" * free
+    tables = [table_of(title, ("", "value", "unit"), rows)]
+
+    # What is of one valve is told of each; the exergy of one cylinder at constant speed is accounted for.
+    count = len(run.cylinders)
+    if count > 1:
+        own = [
+            (f"{name} [{unit}]", *(number(each[key] * factor) for each in run.cylinders))
+            for name, key, factor, unit in SHOWN
+            if key in VALVE_INDICATORS
+        ]
+        tables.append(table_of("each cylinder", ("", *map(str, range(1, count + 1))), own))
+    elif not free:
+        tables.append(_exergy_table(data["exergy_J_per_cycle"]))
 
     # How far the numbers can be trusted: by the cycles, the balances, and a march at tenfold tolerance.
+    is_shaft = count > 1 or free
+    exergy = "" if is_shaft else f", of exergy {run['exergy_closure']:.1e}"
     closes = (
         f"{orbit.cycles} cycles to a period of {orbit.period}, last change {orbit.change:.1e}; closure of "
-        f"mass {run['mass_closure']:.1e}, of energy {run['energy_closure']:.1e}, of exergy "
-        f"{run['exergy_closure']:.1e}; work by quadrature {run['work_by_quadrature_change']:.1e}, at tenfold "
+        f"mass {run['mass_closure']:.1e}, of energy {run['energy_closure']:.1e}{exergy}; "
+        f"work by quadrature {run['work_by_quadrature_change']:.1e}, at tenfold "
         f"tolerance {run['work_tolerance_change']:.1e}, air {run['air_tolerance_change']:.1e}; "
         f"tolerance {run.march.tolerance:g}; {run['wall_time'] * 1e3:.0f} ms"
     )
-    console.result(
-        data, table_of(title, ("", "value", "unit"), rows), _exergy_table(data["exergy_J_per_cycle"]), closes
-    )
+    lines = [closes]
+    if "speed_swing" in run:
+        lines.append(
+            f"constant speed: with shaft.inertia {machine.shaft.inertia:g} kg m^2 it would swing by some "
+            f"{run['speed_swing']:.1%} of its mean, see --free"
+        )
+    console.result(data, *tables, *lines)
     for warning in run.warnings:
         console.message(f"warning: {warning}")
     return DONE if run.converged else INCOMPLETE

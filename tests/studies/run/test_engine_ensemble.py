@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import apesim
+from apesim.engine.drivetrain import point
 from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import Status
 from apesim.quantities.input_errors import InputError
 from apesim.results import name_of
-from apesim.studies.run import engine_run
 from apesim.studies.run.engine_ensemble import run_many
 
 MACHINES = [
@@ -62,8 +62,8 @@ def test_a_march_that_ends_early_or_does_not_repeat_stops_no_other(monkeypatch):
             return run._replace(status=int(status))
         return run._replace(orbit=run.orbit._replace(converged=False)) if machine is MACHINES[2] else run
 
-    run_steady = engine_run.run_steady
-    monkeypatch.setattr(engine_run, "run_steady", run_some)
+    run_steady = point.run_steady
+    monkeypatch.setattr(point, "run_steady", run_some)
     found = run_many(MACHINES[:3], "1000 rpm")
     assert found.traces["converged"].values.tolist() == [True, False, False]
     assert np.isnan(found.traces["brake_torque"]).tolist() == [False, True, False]
@@ -79,7 +79,7 @@ def test_an_error_of_a_point_ends_the_call_and_no_other_point_is_begun(monkeypat
         begun.append(machine)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(engine_run, "run_steady", fail)
+    monkeypatch.setattr(point, "run_steady", fail)
     with pytest.raises(KeyboardInterrupt):
         run_many(MACHINES, "1000 rpm")
     assert begun == MACHINES[:1]

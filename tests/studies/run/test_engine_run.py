@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import apesim
+from apesim.engine.drivetrain import point
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.commands.cli import app
-from apesim.studies.run import engine_run
 from apesim.studies.run.engine_run import PLOTS, run_engine
 from apesim.studies.terminal.console import main_of, plain
 
@@ -85,7 +85,7 @@ def test_what_does_not_converge_is_raised_with_its_result_and_the_command_ends_w
         march = run.march
         return march._replace(orbit=march.orbit._replace(converged=False, cycles=7))
 
-    monkeypatch.setattr(engine_run, "run_steady", unsettled)
+    monkeypatch.setattr(point, "run_steady", unsettled)
     with pytest.raises(apesim.NotConverged, match="epv at 1000 r/min: not periodic after 7 cycles; ") as caught:
         run_engine(Machine(), "1000 rpm")
     result = caught.value.result
