@@ -157,7 +157,8 @@ def _cylinders(scalars: Sequence[Mapping[str, Any]], with_traces: bool) -> dict[
         for run, values in enumerate(scalars):
             found[run, : len(values["cylinders"])] = [own[name] for own in values["cylinders"]]
         unit, description = INDICATORS[name]
-        variables[f"cylinder_{name}"] = Variable(dims, found, unit, f"{description}, {text}")
+        short = name.replace("cylinder_", "")
+        variables[f"cylinder_{short}"] = Variable(dims, found, unit, f"{description}, {text}")
     if with_traces:
         rows = max(len(lift) for values in scalars for lift in values["lifts"])
         lifts = np.full((len(scalars), count, rows), nan)
