@@ -46,24 +46,31 @@ def run_point(
     on; of several cylinders over the angle of the shaft. `is_free`: the shaft is free, and begins at the speed.
     """
     if is_free or not is_of_one_cylinder(machine):
-        revolution = run_revolution(machine, speed, is_free, angle_step=angle_step, trace_start=trace_start)
-        if revolution.status != Status.DONE:
-            return PointRun(revolution, dict.fromkeys((*INDICATORS, *SHAFT_INDICATORS), nan), [], [], [], {})
-        runs = cylinder_runs(revolution)
-        totals, cylinders = shaft_indicators(revolution, runs)
-        traces, warnings = [run.trace for run in runs], judge_cylinders(revolution.machines, runs, totals)
-        return PointRun(revolution, totals, cylinders, runs, traces, warnings)
+        return point_of(
+            machine, run_revolution(machine, speed, is_free, angle_step=angle_step, trace_start=trace_start)
+        )
 
     # A cycle begins at the energising: its rows are turned to begin at another angle.
     before = 0.0 if trace_start is None else machine.command.energise - trace_start
-    rows = round(TURN / angle_step)
-    place = int(np.ceil(before / angle_step - 1e-9))
+    rows, place = round(TURN / angle_step), int(np.ceil(before / angle_step - 1e-9))
     run = run_steady(machine, speed, angle_step=angle_step, trace_start=max(0.0, place * angle_step - before))
-    if run.status != Status.DONE:
-        return PointRun(run, dict.fromkeys(INDICATORS, nan), [], [run], [run.trace], {})
-    values, trace = indicators(machine, run), run.trace
-    if place % rows:
-        turned = np.roll(trace[:rows], place % rows, axis=0)
-        trace = np.concatenate((turned, turned[:1]))
-    own = {name: values[name] for name in OWN_INDICATORS}
-    return PointRun(run, values, [own], [run], [trace], judge_point(machine, run, values))
+    point = point_of(machine, run)
+    if run.status != Status.DONE or place % rows == 0:
+        return point
+    turned = np.roll(run.trace[:rows], place % rows, axis=0)
+    return point._replace(traces=[np.concatenate((turned, turned[:1]))])
+
+
+def point_of(machine: Machine, run: SteadyRun | Revolution) -> PointRun:
+    """Find the indicators of an operating point that was marched, and judge it; its traces are those of the run."""
+    done = run.status == Status.DONE
+    if isinstance(run, SteadyRun):
+        values = indicators(machine, run) if done else dict.fromkeys(INDICATORS, nan)
+        own = [{name: values[name] for name in OWN_INDICATORS}] if done else []
+        return PointRun(run, values, own, [run], [run.trace], judge_point(machine, run, values) if done else {})
+    if not done:
+        return PointRun(run, dict.fromkeys((*INDICATORS, *SHAFT_INDICATORS), nan), [], [], [], {})
+    runs = cylinder_runs(run)
+    totals, cylinders = shaft_indicators(run, runs)
+    warnings = judge_cylinders(run.machines, runs, totals)
+    return PointRun(run, totals, cylinders, runs, [each.trace for each in runs], warnings)

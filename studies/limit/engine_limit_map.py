@@ -24,7 +24,7 @@ from apesim.studies.limit.engine_limit import CRITERION, LOWEST, Failure, judged
 from apesim.studies.limit.points import Point, lowest_run, own_run
 from apesim.studies.limit.summary import summary_json
 from apesim.studies.run.default_grids import DURATIONS
-from apesim.studies.run.operating_conditions import DURATION, JOBS, read_supplies, require_epv
+from apesim.studies.run.operating_conditions import DURATION, JOBS, read_supplies, require_epv, require_one_command
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -209,6 +209,7 @@ def find_engine_limit(
     call = call_text(find_engine_limit, locals()) if call is None else call
     arguments, machine = arguments_of("find_engine_limit", machine)
     require_epv(arguments, machine)
+    require_one_command(arguments, machine)
     supplies = read_supplies(arguments, machine, pressure, control_pressure, temperature)
     durations = arguments.range("duration", duration, DURATION)
     arguments.quantity("jobs", jobs, JOBS)

@@ -29,6 +29,16 @@ def require_epv(arguments: Arguments, machine: Machine) -> None:
         arguments.fault("engine.intake", f"is {name}, which has no commands to correct", 'write "epv"')
 
 
+def require_one_command(arguments: Arguments, machine: Machine) -> None:
+    """Note a fault in `arguments` where cylinders or stages differ, so that one table of commands is not for all."""
+    if machine.stage_2.is_on:
+        arguments.fault("stage_2.bore", "switches a second stage on, with commands of its own", 'write "0 mm"')
+    for index, own in enumerate(machine.cylinder):
+        if own:
+            wrong, right = "has keys of its own, and one table of commands is for all", "leave [[cylinder]] out"
+            arguments.fault(f"cylinder[{index + 1}]", wrong, right)
+
+
 class Supplies(NamedTuple):
     """Supplies of a grid: pressures times temperatures."""
 

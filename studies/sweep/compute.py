@@ -10,6 +10,7 @@ from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.drivetrain.point import run_point
+from apesim.engine.drivetrain.preparing import machines_of
 from apesim.engine.indicators import INDICATORS
 from apesim.engine.warnings import EngineWarning
 from apesim.march.adaptive import Status
@@ -58,7 +59,11 @@ def _result(point: Point) -> tuple[dict[str, Any], np.ndarray]:
     if done.run.status == Status.DONE:
         scalars |= dict(done.values) | {flag: int(warning in done.warnings) for warning, flag in WARNING_FLAGS.items()}
         scalars["warnings"] = len(done.warnings)
-        scalars["cylinders"], scalars["lifts"] = done.cylinders, [each[:, LIFT] for each in done.traces]
+        scalars["cylinders"] = [
+            {**own, "energise_deg": each.command.energise / DEGREE, "release_deg": each.command.release / DEGREE}
+            for own, each in zip(done.cylinders, machines_of(machine), strict=True)
+        ]
+        scalars["lifts"] = [each[:, LIFT] for each in done.traces]
         trace = done.traces[0].copy()
         trace[:, TORQUE] = np.sum([each[:, TORQUE] for each in done.traces], axis=0)
     if machine.engine.intake == EPV:

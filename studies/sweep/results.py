@@ -152,11 +152,13 @@ def _cylinders(scalars: Sequence[Mapping[str, Any]], with_traces: bool) -> dict[
     for name, (unit, description) in SHAFT_INDICATORS.items():
         found = np.array([values.get(name, nan) for values in scalars], dtype=float)
         variables[name] = column(found, unit, description)
-    for name in OWN_INDICATORS:
+    declared = {name: INDICATORS[name] for name in OWN_INDICATORS} | {
+        name: ("deg", COMMANDS[name]) for name in COMMANDS
+    }
+    for name, (unit, description) in declared.items():
         found = np.full((len(scalars), count), nan)
         for run, values in enumerate(scalars):
             found[run, : len(values["cylinders"])] = [own[name] for own in values["cylinders"]]
-        unit, description = INDICATORS[name]
         short = name.replace("cylinder_", "")
         variables[f"cylinder_{short}"] = Variable(dims, found, unit, f"{description}, {text}")
     if with_traces:

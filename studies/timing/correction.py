@@ -17,7 +17,7 @@ from apesim.studies.archives.pressure_axes import find_pressure_axis
 from apesim.studies.execution.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.run.default_grids import TIMING_SPEEDS
-from apesim.studies.run.operating_conditions import ANGLE, JOBS, SPEED, read_supplies, require_epv
+from apesim.studies.run.operating_conditions import ANGLE, JOBS, SPEED, read_supplies, require_epv, require_one_command
 from apesim.studies.timing.export import as_json, export, refuse_exports
 from apesim.studies.timing.grid import TimingMap, faults_of_timing, map_timing, timing_map_of
 from apesim.studies.timing.solve import corrected
@@ -234,6 +234,7 @@ def correct_timing(
     call = call_text(correct_timing, locals()) if call is None else call
     arguments, machine = arguments_of("correct_timing", machine)
     require_epv(arguments, machine)
+    require_one_command(arguments, machine)
     machine = _with_targets(arguments, machine, target)
     speeds = arguments.range("speed", speed, SPEED)
     supplies = read_supplies(arguments, machine, pressure, control_pressure, temperature)

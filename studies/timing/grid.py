@@ -12,9 +12,8 @@ from apesim.archive import Archive, Variable
 from apesim.archive.columns import NO_YES, column, run_axis, run_text, values_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.command import Command
-from apesim.engine.indicators import indicators
+from apesim.engine.drivetrain.point import point_of, run_point
 from apesim.engine.machine import Machine
-from apesim.engine.steady import run_steady
 from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
@@ -23,7 +22,7 @@ from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.run.operating_conditions import SPEED, Supplies
 from apesim.studies.timing.law import Law, laws_of
 from apesim.studies.timing.open_loop import Delays, open_loop_delays
-from apesim.studies.timing.solve import Reason, Timing, corrected, look, start_after, wrapped
+from apesim.studies.timing.solve import Reason, Timing, alone, corrected, look, start_after, wrapped
 from apesim.studies.timing.table import Axes, InterpolationError, centres, interpolation_error
 
 SECONDS_A_POINT = 0.12
@@ -156,9 +155,9 @@ def _commands(timing: Timing, speed: float) -> dict[str, float]:
 
 def _won_back(machine: Machine, timing: Timing, speed: float) -> dict[str, float]:
     """Results with the corrected and with the machine's own commands."""
-    plain = run_steady(machine, speed)
-    own = indicators(machine, plain) if plain.status == Status.DONE and plain.orbit.converged else {}
-    new = indicators(timing.machine, timing.run) if timing.run else {}
+    plain = run_point(machine, speed)
+    own = plain.values if plain.run.status == Status.DONE and plain.run.orbit.converged else {}
+    new = point_of(timing.machine, timing.run).values if timing.run else {}
     row = {f"fixed_{name}": own.get(name, nan) for name in ("valve_open_deg", "valve_close_deg")}
     row |= {name: new.get(name, nan) for name in ("valve_open_deg", "valve_close_deg", "peak_lift_m")}
     row["full_lift"] = int(not np.isnan(new.get("full_open_deg", nan)))
@@ -174,7 +173,7 @@ def _shortcut(machine: Machine, delays: Delays, speed: float) -> dict[str, float
     row = {"shortcut_energise_deg": energise / DEGREE, "shortcut_release_deg": release / DEGREE}
     errors = [nan, nan]
     if 0.0 < release - energise < TURN:
-        misses = look(machine, speed, energise, release - energise).misses
+        misses = look(alone(machine), speed, energise, release - energise).misses
         if np.isfinite(misses).all():
             errors = [misses[0] / DEGREE, wrapped(misses.sum()) / DEGREE]
     return row | {"shortcut_open_error_deg": errors[0], "shortcut_close_error_deg": errors[1]}

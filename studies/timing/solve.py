@@ -10,11 +10,15 @@ import numpy as np
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import EPV
+from apesim.engine.drivetrain.preparing import machines_of
+from apesim.engine.drivetrain.steady import Revolution, cylinder_runs, run_revolution
 from apesim.engine.indicators import valve_angles
 from apesim.engine.machine import Machine
-from apesim.engine.steady import SteadyRun, run_steady
+from apesim.engine.second_stage import SecondStage
+from apesim.engine.steady import SteadyRun, is_of_one_cylinder, run_steady
 from apesim.march.adaptive import LOG_HEAD, Status
 from apesim.march.periodic import PERIODIC_TOLERANCE, Known
+from apesim.quantities.lists import NO_LIST
 from apesim.studies.timing.open_loop import lap_of_machine, open_loop_delays
 from apesim.valve.motion import CORNER
 from apesim.valve.solenoid import opening_curve
@@ -93,10 +97,11 @@ class Timing(NamedTuple):
 
     machine: Machine
     """Machine with these commands; where the targets are out of reach, the machine that was given."""
-    run: SteadyRun | None
-    """The periodic state with these commands; None out of reach."""
+    run: SteadyRun | Revolution | None
+    """The periodic state with these commands; None out of reach, or in a sketch of several cylinders."""
     angles: dict[str, float]
-    """Angles of the valve, see `apesim.engine.indicators.valve_angles`; empty out of reach."""
+    """Angles of the valve, see `apesim.engine.indicators.valve_angles`; empty out of reach. Of several cylinders those
+    of the first, NaN where another one does not come to it."""
     advance: float
     """Target of the opening less its command angle [rad]; NaN out of reach. It is no shorter than the dead time of the
     solenoids, and less than a turn longer."""
@@ -213,6 +218,8 @@ def corrected(
     """
     if machine.engine.intake != EPV:
         raise ValueError("only an electro-pneumatic intake has commands to correct")
+    if not is_of_one_cylinder(machine):
+        return _corrected_together(machine, speed, start, periodic_tolerance)
 
     # Each state starts from the last one of the same tolerance, as commands change little from one try to the next.
     marches = 0
@@ -251,6 +258,92 @@ def corrected(
         reason,
         marches,
     )
+
+
+def _corrected_together(
+    machine: Machine, speed: float, start: tuple[float, float] | None, periodic_tolerance: float
+) -> Timing:
+    """Find the commands of several cylinders, or of two stages: of each alone, then by what they miss together.
+
+    Cylinders that are alike have one command, by their mean miss; the time of a valve hardly depends on its commands.
+    A sketch is that of each alone.
+    """
+    cylinders, own = machines_of(machine), any(machine.cylinder) or machine.stage_2.is_on
+    timings = [
+        corrected(alone(each), speed, None if own else start, periodic_tolerance)
+        for each in (cylinders if own else cylinders[:1])
+    ]
+    marches = sum(timing.marches for timing in timings)
+    for timing in timings:
+        if not timing.reachable:
+            return timing._replace(machine=machine, marches=marches)
+    commands = [(timing.machine.command.energise, timing.machine.command.release) for timing in timings]
+    commanded = _with_commands(machine, commands)
+    if periodic_tolerance == SKETCH:
+        return timings[0]._replace(machine=commanded, run=None, marches=marches)
+
+    # Together they share receiver and shaft: each command is moved by what its valve misses, until all meet.
+    reason = Reason.MISSED
+    for _ in range(TRIES):
+        revolution, marches = run_revolution(commanded, speed), marches + 1
+        if revolution.status != Status.DONE:
+            return Timing(machine, None, {}, nan, nan, nan, nan, Reason.FAILED, marches)
+        runs = cylinder_runs(revolution)
+        angles = [valve_angles(each, run) for each, run in zip(cylinders, runs, strict=True)]
+        misses = np.array([_misses_of(each, found) for each, found in zip(cylinders, angles, strict=True)])
+        moves = misses if own else misses.mean(axis=0, keepdims=True)
+        reason = _reason_of_all(misses, revolution)
+        if reason == Reason.FAILED or np.abs(moves).max() < TOLERANCE:
+            break
+        commands = [(command[0] - move[0], command[1] - move[1]) for command, move in zip(commands, moves, strict=True)]
+        commanded = _with_commands(machine, commands)
+    if reason != Reason.REACHED:
+        return Timing(machine, None, {}, nan, nan, nan, nan, reason, marches)
+
+    # What is told of one is told of the first, unless another one does not come to it.
+    told = {name: value + 0.0 * sum(each[name] for each in angles) for name, value in angles[0].items()}
+    target, command = machine.command, commanded.command
+    worst = misses[np.abs(misses).max(axis=1).argmax()]
+    advance = timings[0].advance + wrapped(target.open_target - command.energise - timings[0].advance)
+    release_advance = advance + (target.close_target - target.open_target) - (command.release - command.energise)
+    return Timing(commanded, revolution, told, advance, release_advance, *map(float, worst), reason, marches)
+
+
+def _misses_of(machine: Machine, angles: dict[str, float]) -> list[float]:
+    """True less target angle of opening and closing [rad] of a cylinder's valve."""
+    ends = ("open", machine.command.open_target), ("close", machine.command.close_target)
+    return [wrapped(angles[f"valve_{end}_deg"] * DEGREE - target) for end, target in ends]
+
+
+def alone(machine: Machine) -> Machine:
+    """The machine of a cylinder as an engine of that cylinder alone."""
+    engine = machine.engine._replace(cylinders=1.0, phases=NO_LIST)
+    return machine._replace(engine=engine, stage_2=SecondStage(), cylinder=())
+
+
+def _with_commands(machine: Machine, commands: Sequence[tuple[float, float]]) -> Machine:
+    """Give a machine the command angles [rad] of each stage, of each cylinder, or one pair for all of them."""
+    if machine.stage_2.is_on:
+        second = _commanded(machine._replace(command=machine.stage_2.command), *commands[1]).command
+        return _commanded(machine, *commands[0])._replace(stage_2=machine.stage_2._replace(command=second))
+    if len(commands) == 1:
+        return _commanded(machine, *commands[0])
+    tables = []
+    for i, angles in enumerate(commands):
+        command = _commanded(machine, *angles).command
+        own = dict(machine.cylinder[i]) if i < len(machine.cylinder) else {}
+        own |= {"command.energise": command.energise, "command.release": command.release}
+        tables.append(tuple(own.items()))
+    return _commanded(machine, *commands[0])._replace(cylinder=tuple(tables))
+
+
+def _reason_of_all(misses: np.ndarray, revolution: Revolution) -> Reason:
+    """Judge whether all cylinders meet their targets (n, 2) [rad], in a state that repeats, and if not, why."""
+    if np.isnan(misses).any():
+        return Reason.FAILED
+    if np.abs(misses).max() > REACHED_WITHIN:
+        return Reason.MISSED
+    return Reason.REACHED if revolution.orbit.converged and revolution.orbit.period == 1 else Reason.NOT_PERIODIC
 
 
 def start_after(machine: Machine, speed: float, before: Sequence[tuple[float, Timing]]) -> tuple[float, float] | None:
