@@ -46,7 +46,7 @@ def compute(points: Sequence[Point], traces: bool = True) -> list[tuple[dict[str
 def _result(point: Point) -> tuple[dict[str, Any], np.ndarray]:
     """Scalars and trace of one operating point."""
     machine, speed, reason = point.machine, point.speed, NOT_ASKED
-    scalars = dict.fromkeys((*INDICATORS, "energise_deg", "release_deg"), nan)
+    scalars: dict[str, Any] = dict.fromkeys((*INDICATORS, "energise_deg", "release_deg"), nan)
     scalars |= dict.fromkeys(("warnings", *WARNING_FLAGS.values()), NOT_JUDGED) | {"cylinders": [], "lifts": []}
     scalars |= {"speed_rpm": rpm(speed), "status": NOT_MARCHED}
     if point.timing == CORRECTED:

@@ -152,9 +152,8 @@ def _cylinders(scalars: Sequence[Mapping[str, Any]], with_traces: bool) -> dict[
     for name, (unit, description) in SHAFT_INDICATORS.items():
         found = np.array([values.get(name, nan) for values in scalars], dtype=float)
         variables[name] = column(found, unit, description)
-    declared = {name: INDICATORS[name] for name in OWN_INDICATORS} | {
-        name: ("deg", COMMANDS[name]) for name in COMMANDS
-    }
+    declared = {name: INDICATORS[name] for name in OWN_INDICATORS}
+    declared |= {name: ("deg", description) for name, description in COMMANDS.items()}
     for name, (unit, description) in declared.items():
         found = np.full((len(scalars), count), nan)
         for run, values in enumerate(scalars):

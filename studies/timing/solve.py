@@ -303,10 +303,10 @@ def _corrected_together(
     # What is told of one is told of the first, unless another one does not come to it.
     told = {name: value + 0.0 * sum(each[name] for each in angles) for name, value in angles[0].items()}
     target, command = machine.command, commanded.command
-    worst = misses[np.abs(misses).max(axis=1).argmax()]
+    open_miss, close_miss = misses[np.abs(misses).max(axis=1).argmax()].tolist()
     advance = timings[0].advance + wrapped(target.open_target - command.energise - timings[0].advance)
     release_advance = advance + (target.close_target - target.open_target) - (command.release - command.energise)
-    return Timing(commanded, revolution, told, advance, release_advance, *map(float, worst), reason, marches)
+    return Timing(commanded, revolution, told, advance, release_advance, open_miss, close_miss, reason, marches)
 
 
 def _misses_of(machine: Machine, angles: dict[str, float]) -> list[float]:
