@@ -3,10 +3,11 @@
 The ground that all layers share, in the order in which they build on one another: cache (folders of what is worked out
 once), compiling (who is told of it, and how long it took), linking (kernels become machine code with what calls them),
 kernel (the compile decorator), stack_array (a few numbers within a kernel), views (parts of an array), packed (tuples
-as rows of numbers), terminal (text from files as a terminal may show it), quantities (units, ranges, strict files),
-flow_function, air (gas, its states), restriction (flow through it), exergy (of streams and volumes), effect (what an
-effect is), leak (through a restriction, as an effect), cubic_table (of an effect's strengths), march (the one adaptive
-march, and periodic states), reading (what sensors show), archive (HDF5), results (named numbers and traces).
+as rows of numbers), linear_table (read between its rows), terminal (text from files as a terminal may show it),
+quantities (units, ranges, strict files), flow_function, air (gas, its states), restriction (flow through it), exergy
+(of streams and volumes), effect (what an effect is), leak (through a restriction, as an effect), cubic_table (of an
+effect's strengths), march (the one adaptive march, and periodic states), reading (what sensors show), archive (HDF5),
+results (named numbers and traces).
 
 The layers above it are `apesim.valve`, `apesim.engine` and `apesim.studies`. In a checkout their folders stand beside
 this one; installed, within it.

@@ -81,6 +81,7 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
     >>> dy = np.zeros_like(y)
     >>> cycle_rates(cycle, 0.0, y, mode, dy)
     True
+    >>> from apesim.engine.cycle.state import cylinder_gas
     >>> mass_rate, energy_rate = cylinder_gas(dy)
     >>> print(mass_rate, energy_rate == -cycle_power(cycle, 0.0, y))
     0.0 True

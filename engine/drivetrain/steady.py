@@ -5,7 +5,6 @@ from math import nan
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cycle.cylinder_laws import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
@@ -239,6 +238,8 @@ def run_revolution(
 
 def _times_of(drive: Revolutions, prepared: Prepared, angles: np.ndarray) -> np.ndarray:
     """Find when a free shaft comes to angles [rad] of its revolution, by cubics between rows of a trace [s]."""
+    from scipy.interpolate import CubicHermiteSpline  # takes long to import, and few need it
+
     drive = Revolutions(prepared, float(drive.breakpoints[0]), drive.accuracy)
     drive.march(prepared.y, prepared.mode)
     times = np.linspace(0.0, drive.duration, ROWS_TO_INVERT)
