@@ -4,8 +4,10 @@ from collections.abc import Iterator
 from math import inf
 from typing import Annotated, NamedTuple
 
-from apesim.quantities import Quantity
+from apesim.quantities import Choice, Quantity
 
+NO = 0
+"""No check valve in the feed."""
 MAX_VOLUME = 1.0
 """Largest finite volume of the receiver [m3]; measured: up to here a periodic state is found within 2e-6."""
 
@@ -17,6 +19,7 @@ class Receiver(NamedTuple):
         float, Quantity("L", 0.01, inf, 'chosen; "inf": intake pressure is constant, there is no receiver')
     ] = 1.0e-3
     feed_area: Annotated[float, Quantity("mm^2", 0.1, 10000, "chosen; from the regulator, effective")] = 200.0e-6
+    check_valve: Annotated[int, Choice(("no", "yes"), "chosen; yes: no air flows back to the regulator")] = NO
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
         """Find what is wrong with the receiver, beyond the ranges of its single keys: key, wrong, right."""

@@ -14,6 +14,7 @@ from apesim.effect import add_laws
 from apesim.engine.cam import raised_cosine
 from apesim.engine.cycle.state import (
     EXCHANGE,
+    FEED,
     GROOVE,
     INTAKE_OPEN,
     LIFT,
@@ -225,7 +226,10 @@ def port_flow(p: Cycle, mode: np.ndarray, ports: tuple[Port, ...], airs: tuple[G
     >>> port_flow(cycle, mode, ports_at(cycle, 4.0, y, mode), airs_from(cycle, instant_at(cycle, 0.0, y), y), 1)
     Flow(mass=0.0, enthalpy=0.0)
     """
-    return flow_in(p.actuator.gas, mode[EXCHANGE + i], ports[i].area, sides_of(ports[i], airs))
+    flow = flow_in(p.actuator.gas, mode[EXCHANGE + i], ports[i].area, sides_of(ports[i], airs))
+    if i == FEED and p.engine.receiver.check_valve and flow.mass < 0.0:
+        return NO_FLOW
+    return flow
 
 
 @kernel

@@ -92,6 +92,8 @@ class Engine(NamedTuple):
     """Share by which the pressure behind the exhaust is higher, over crank angle."""
     crevice: float = 0.0
     """Beside the cylinder, its gas as warm as the ambient [m3]."""
+    check_valve: bool = False
+    """In the feed of the receiver."""
 
 
 def intake_lift(engine, angle, position):
@@ -261,6 +263,8 @@ def receiver_rates(engine, receiver, supply, taken):
     if isinf(engine.receiver_volume):
         return [0.0, 0.0]
     mass, heat = inflow(engine.valve, engine.feed_area, receiver, supply)
+    if engine.check_valve and mass < 0.0:
+        mass = heat = 0.0
     return gas_rates(engine.valve, receiver, engine.receiver_volume, 0.0, mass - taken[0], heat - taken[1])
 
 

@@ -65,6 +65,7 @@ def plain_engine(machine):
         engine.receiver.volume,
         engine.receiver.feed_area,
         tuple(engine.friction),
+        check_valve=bool(engine.receiver.check_valve),
     )
 
 

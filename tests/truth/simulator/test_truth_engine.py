@@ -150,6 +150,16 @@ def test_the_compiled_engine_agrees_with_the_truth_where_small_volumes_follow_la
     assert_agree(machine("epv", supply, 386.8, -96.3, 112.5, receiver=0.047, control_air="receiver", **values), 41.0)
 
 
+def test_the_compiled_engine_agrees_with_the_truth_on_a_check_valve_that_holds_air_in_the_receiver():
+    """The exhaust closes early: the piston compresses air above the supply, and pushes it back through the groove."""
+    values = {"engine__exhaust__closes": radians(230.0), "engine__receiver__check_valve": 1}
+    shut = machine("ideal", receiver=1.0, **values)
+    assert_agree(shut, 1000.0)
+    free = changed(shut, {"engine.receiver.check_valve": 0})
+    higher, lower = (results(periodic(engine_of(each), 1000.0 * RPM))["indicated_torque"] for each in (shut, free))
+    assert higher > 1.1 * lower
+
+
 def test_the_compiled_engine_agrees_with_the_truth_on_every_effect_of_the_engine_at_once():
     strengths = {
         "intake_flow_force__area": 60e-6,
