@@ -24,4 +24,25 @@ _FOLDER = Path(__file__).parent  # not resolved: an editable install may link ea
 if not (_FOLDER / "valve").exists():
     __path__.append(str(_FOLDER.parent))
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_fetch, _names, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def __getattr__(name: str) -> object:
+    """Fetch a name of the public face, or the version; one that is not there is told with the nearest that is."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("apesim")
+    try:
+        return _fetch(name)
+    except AttributeError:
+        from difflib import get_close_matches
+
+        near = get_close_matches(name, __all__, n=2)
+        right = f"; did you mean {' or '.join(near)}?" if near else ""
+        raise AttributeError(f"apesim has no {name}{right}", name=name) from None
+
+
+def __dir__() -> list[str]:
+    """Names of the public face."""
+    return [*_names(), "__version__"]

@@ -33,3 +33,5 @@ from .studies.transient.start import start_engine as start_engine
 from .studies.transient.transient import run_transient as run_transient
 
 __all__: list[str]
+
+__version__: str

@@ -42,7 +42,7 @@ behind the name, too (``brake_torque_Nm``); a result understands both.
 
 import difflib
 import html
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from types import MappingProxyType
@@ -58,6 +58,8 @@ SI_SUFFIXES = ("_Nm", "_kg_per_cycle", "_m_s", "_Pa", "_kg", "_K", "_W", "_J", "
 """How JSON and archives write an SI unit behind a name; longer ones first, as "_m_s" ends in "_s"."""
 UNIT_SUFFIXES = {"deg": "_deg", "r/min": "_rpm", "Hz": "_hz"}
 """How a name says a unit that is not SI."""
+SPARKS = 120
+"""Numbers of a trace that its small picture in a notebook shows."""
 MAX_HEADLINES = 6
 """Numbers in a short text: with title, conditions, ending and warnings it stays below 12 lines."""
 
@@ -120,6 +122,25 @@ def without_unit(key: str) -> str:
         if key.endswith(suffix):
             return key.removesuffix(suffix)
     return key
+
+
+def no_such(name: str, known: Iterable[str]) -> str:
+    """Say that there is no such name, with the nearest ones, or with all where none is near.
+
+    >>> no_such("lif", ["lift", "velocity"])
+    'no lif; did you mean lift?'
+    """
+    known = list(known)
+    with_unit = [other for other in known if other.startswith(f"{name}_")]
+    near = with_unit or difflib.get_close_matches(name, known, n=2)
+    return f"no {name}; " + (f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(known)}")
+
+
+class _Named(dict[str, Any]):
+    """Dictionary that says which name is near to one that it does not have."""
+
+    def __missing__(self, name: str) -> Any:
+        raise KeyError(no_such(str(name), self))
 
 
 @dataclass(frozen=True)
@@ -190,6 +211,29 @@ class Trace:
         if self.values.dtype.kind in "fi" and np.isfinite(self.values).any():
             ends = f", {shown(np.nanmin(self.values))} to {shown(np.nanmax(self.values))}"
         return f"<Trace [{'-' if self.unit == '1' else self.unit}] over {shape}{ends}>"
+
+    def _repr_html_(self) -> str:
+        escape, size = html.escape, " x ".join(map(str, self.values.shape))
+        numbers = self.values[np.isfinite(self.values)] if self.values.dtype.kind in "fi" else []
+        ends = f", {shown(min(numbers))} to {shown(max(numbers))}" if len(numbers) else ""
+        unit = "" if self.unit == "1" else f" [{escape(self.unit)}]"
+        caption = f"<b>{escape(self.long_name)}</b>{unit} over {escape(' x '.join(self.dims))}: {size}{escape(ends)}"
+        return f"<div>{caption}</div>{_sparkline(self.values)}"
+
+
+def _sparkline(values: np.ndarray) -> str:
+    """Small picture of numbers along one axis as inline SVG; "" where there is nothing to draw."""
+    if values.ndim != 1 or values.dtype.kind not in "fi" or len(values) < 2 or not np.isfinite(values).any():
+        return ""
+    drawn = values[np.linspace(0, len(values) - 1, min(len(values), SPARKS)).astype(int)].astype(float)
+    low, high = np.nanmin(drawn[np.isfinite(drawn)]), np.nanmax(drawn[np.isfinite(drawn)])
+    y = 38.0 - 36.0 * (drawn - low) / ((high - low) or 1.0)
+    x = np.linspace(1.0, 239.0, len(drawn))
+    points = " ".join(f"{a:.0f},{b:.1f}" for a, b in zip(x, y, strict=True) if np.isfinite(b))
+    return (
+        '<svg width="240" height="40" role="img" aria-hidden="true">'
+        f'<polyline points="{points}" fill="none" stroke="currentColor"/></svg>'
+    )
 
 
 def shown(value: Any) -> str:
@@ -307,7 +351,7 @@ class Result(Mapping[str, Any]):
 
     def __post_init__(self) -> None:
         for name in MAPPINGS:
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            object.__setattr__(self, name, MappingProxyType(_Named(getattr(self, name))))
         object.__setattr__(self, "warnings", tuple(self.warnings))
 
     def __getstate__(self) -> dict[str, Any]:
@@ -315,7 +359,7 @@ class Result(Mapping[str, Any]):
         return vars(self) | plain | {"machine": self.machine}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        vars(self).update(state | {name: MappingProxyType(state[name]) for name in MAPPINGS})
+        vars(self).update(state | {name: MappingProxyType(_Named(state[name])) for name in MAPPINGS})
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Result):
@@ -349,9 +393,7 @@ class Result(Mapping[str, Any]):
     def _no_such(self, name: str) -> str:
         if name in self.traces:
             return f"{name} is a trace: write .traces[{name!r}]"
-        with_unit = [known for known in self.scalars if known.startswith(f"{name}_")]
-        near = with_unit or difflib.get_close_matches(name, self.scalars, n=2)
-        return f"no {name}; " + (f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(self)}")
+        return no_such(name, self.scalars)
 
     def _headline(self) -> list[tuple[str, Scalar]]:
         names = self.headline or tuple(self.scalars)

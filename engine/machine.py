@@ -1,6 +1,7 @@
 """Machine: everything that a machine file can say."""
 
 from collections.abc import Iterable, Iterator
+from html import escape
 from math import pi, sqrt
 from os import PathLike
 from pathlib import Path
@@ -46,6 +47,8 @@ def groove_faults(valve: Valve, groove: Groove, section: str) -> Iterator[tuple[
 
 MAX_DIFFERENCES = 8
 """Keys that a short text of a machine names: it stays below a dozen lines."""
+MAX_ROWS = 30
+"""Keys that a notebook shows of a machine: below 5 kB."""
 
 
 class OwnKeys(NamedTuple):
@@ -363,6 +366,15 @@ class Machine(Sections):
         lines = changes if len(changes) <= MAX_DIFFERENCES else changes[: MAX_DIFFERENCES - 1]
         more = [f"  and {len(changes) - len(lines)} keys more, see to_toml()"] * (len(changes) > len(lines))
         return "\n".join(["Machine that differs from the default one in", *lines, *more])
+
+    def _repr_html_(self) -> str:
+        rows = [f"<tr><td>{escape(key)}</td><td>{escape(text)}</td></tr>" for key, text in differences(self)]
+        if not rows:
+            return "<div>Machine(), the default one</div>"
+        left = len(rows) - MAX_ROWS
+        more = f"<div>and {left} keys more, see to_toml()</div>" * (left > 0)
+        caption = "<caption>Machine that differs from the default one in</caption>"
+        return f"<table>{caption}<tbody>{''.join(rows[:MAX_ROWS])}</tbody></table>{more}"
 
     def overruled(self) -> Iterator[tuple[str, str]]:
         """Find the sections that are not used because of others.

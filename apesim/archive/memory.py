@@ -6,7 +6,8 @@ import math
 from contextlib import suppress
 from pathlib import Path
 
-MEMINFO = Path("/proc/meminfo")
+import psutil
+
 GROUP = Path("/sys/fs/cgroup")
 
 
@@ -19,10 +20,8 @@ def available_memory() -> float:
 
 
 def _of_system() -> float:
-    with suppress(OSError, ValueError, IndexError):
-        for line in MEMINFO.read_text().splitlines():
-            if line.startswith("MemAvailable:"):
-                return 1024.0 * int(line.split()[1])
+    with suppress(OSError, RuntimeError):
+        return float(psutil.virtual_memory().available)
     return math.inf
 
 

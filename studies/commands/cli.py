@@ -23,7 +23,6 @@ from apesim.studies.terminal.console import INTERRUPTED, main_of
 
 app = typer.Typer(
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode=None,
     help="Simulate air-powered engines whose intake is opened by an electro-pneumatic valve.",
 )
@@ -40,9 +39,9 @@ register(app, "doctor", check_installation)
 def _show_version(asked: bool) -> None:
     """Print the version and end, where it was asked for."""
     if asked:
-        from importlib.metadata import version
+        import apesim
 
-        print(f"apesim {version('apesim')}")
+        print(f"apesim {apesim.__version__}")
         raise typer.Exit
 
 

@@ -67,3 +67,16 @@ def test_a_type_checker_sees_the_face_from_outside(tmp_path):
     lines = [line.partition(": error: ")[::2] for line in done.stdout.splitlines() if ": error: " in line]
     assert [place for place, _ in lines] == ["outside.py:6", "outside.py:7", "outside.py:8"], done.stdout + done.stderr
     assert '"str"' in lines[0][1] and "velocity" in lines[1][1] and "no_such_name" in lines[2][1]
+
+
+def test_the_version_is_that_of_the_installation():
+    from importlib.metadata import version
+
+    assert apesim.__version__ == version("apesim") and "__version__" in dir(apesim)
+
+
+def test_a_wrong_name_is_answered_with_the_nearest():
+    with pytest.raises(AttributeError, match=r"^apesim has no run_engin; did you mean run_engine or start_engine"):
+        _ = apesim.run_engin
+    with pytest.raises(AttributeError, match=r"^apesim has no zzz$"):
+        _ = apesim.zzz

@@ -188,3 +188,19 @@ def test_the_text_of_the_machine_is_written_once_when_it_is_first_read():
 def test_a_result_is_pickled_with_the_text_of_its_machine():
     run = run_of(machine=lambda: "[engine]")  # which itself cannot be pickled
     assert pickle.loads(pickle.dumps(run)).machine == copy.deepcopy(run).machine == "[engine]"
+
+
+def test_a_wrong_name_of_a_trace_is_answered_with_the_nearest_after_pickling_too():
+    run = Result({}, {"lift": Trace(("time",), np.arange(3.0), "m", "lift")})
+    for each in (run, pickle.loads(pickle.dumps(run))):
+        with pytest.raises(KeyError, match=r"no lif; did you mean lift\?"):
+            each.traces["lif"]
+        assert "lif" not in each.traces and each.traces.get("lif") is None
+
+
+def test_a_notebook_shows_a_trace_in_little_room():
+    rising = Trace(("time",), np.linspace(0.0, 9e-3, 100_000), "m", "lift <b>")
+    page = rising._repr_html_()
+    assert len(page) < 5000 and "<polyline" in page and "lift &lt;b&gt;" in page and "[m]" in page
+    for values in (np.full(3, np.nan), np.array(["a", "b"]), np.ones((2, 3)), np.array([1.0])):
+        assert "polyline" not in Trace(("x", "y")[: values.ndim], values, "1", "x")._repr_html_()

@@ -10,6 +10,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities import InputError, Quantity
 from apesim.quantities.declarations import Choice
 from apesim.quantities.trees import schema
+from tests.campaigns.draws import draw_machine
 from tests.folders import SAMPLES
 
 BAD = {
@@ -163,3 +164,11 @@ def test_keys_keep_the_defaults_and_ranges_that_files_and_archives_rely_on():
         elif isinstance(said, Choice):
             found[leaf.key] = [f"{leaf.default}", " or ".join(said.options), ""]
     assert {key: found.get(key) for key in kept} == kept, "new keys are added before a release"
+
+
+def test_a_notebook_shows_in_what_a_machine_differs_in_little_room():
+    page = Machine().with_(engine_bore="80 mm")._repr_html_()
+    assert "engine.bore" in page and "80 mm" in page and "<script" not in page
+    assert Machine()._repr_html_() == "<div>Machine(), the default one</div>"
+    many = draw_machine(np.random.default_rng(1), True)._repr_html_()
+    assert len(many) < 5000 and "keys more, see to_toml()" in many
