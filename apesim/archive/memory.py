@@ -6,8 +6,6 @@ import math
 from contextlib import suppress
 from pathlib import Path
 
-import psutil
-
 GROUP = Path("/sys/fs/cgroup")
 
 
@@ -20,6 +18,8 @@ def available_memory() -> float:
 
 
 def _of_system() -> float:
+    import psutil  # takes long to import, and few need it
+
     with suppress(OSError, RuntimeError):
         return float(psutil.virtual_memory().available)
     return math.inf
