@@ -98,7 +98,7 @@ class ShaftEvent(NamedTuple):
     speed: float
     """Its speed [rad/s]."""
     engine_air: float
-    """Air through all grooves since the start [kg]."""
+    """Air from the supply through the grooves since the start [kg]."""
     control_air: float
     """Control air since the start [kg]."""
 
@@ -187,8 +187,8 @@ class _Books:
         """An event of the shaft at a state."""
         shaft = shaft_states(self.p)
         angle, speed = TURN * self.turns + y[shaft + ANGLE], y[shaft + SPEED]
-        engine, control = air_of(self.p, y)
-        return ShaftEvent(kind, time, float(angle), float(speed), float(engine.sum()), float(control.sum()))
+        engine, control = drawn_air_of(self.p, y)
+        return ShaftEvent(kind, time, float(angle), float(speed), engine, control)
 
     def _note_lap(self, i: int, y: np.ndarray) -> None:
         """Note the own angle at which the valve of a cylinder crosses its lap; a stroke counts where it closes."""
@@ -217,8 +217,7 @@ class _Books:
                     change[ledger + GAS_WORK],
                     change[ledger + FRICTION_WORK],
                     change[ledger + LOAD_WORK],
-                    engine.sum(),
-                    control.sum(),
+                    *drawn_air_of(self.p, change),
                     change[ledger + EXCHANGED_HEAT],
                     *y[[extremes + MIN_SPEED, extremes + MAX_SPEED, extremes + MIN_TORQUE, extremes + MAX_TORQUE]],
                     change[ledger + WALL_HEAT],
@@ -237,6 +236,17 @@ def air_of(p: Drivetrain, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     ledgers = [ledger_at(y, ledger_place(p, i)) for i in range(len(p.numbers))]
     grooves = [engine_ledger(ledger).groove.mass for ledger in ledgers]
     return np.array(grooves), np.array([control_ledger(ledger).line_fed.mass for ledger in ledgers])
+
+
+def draws_from_supply(p: Drivetrain) -> np.ndarray:
+    """Which cylinders draw from the receiver behind the supply, (n,): a second stage draws what the first has used."""
+    return p.sources == 0
+
+
+def drawn_air_of(p: Drivetrain, y: np.ndarray) -> tuple[float, float]:
+    """Read the engine air and the control air that the supply has given [kg], from a state vector."""
+    engine, control = air_of(p, y)
+    return float(engine[draws_from_supply(p)].sum()), float(control.sum())
 
 
 def gas_work_of(p: Drivetrain, change: np.ndarray) -> np.ndarray:

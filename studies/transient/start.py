@@ -34,7 +34,7 @@ NUMBERS = {
     "starts": ("", "whether the shaft turns thrice"),
     "time_s": ("s", "time until the target speed, or without one until three turns"),
     "turns": ("", "turns until then"),
-    "engine_air_kg": ("kg", "air through the grooves until then"),
+    "engine_air_kg": ("kg", "air from the supply through the grooves until then"),
     "control_air_kg": ("kg", "control air until then"),
     "first_motion_s": ("s", "when the shaft begins to move"),
     "lowest_speed_rpm": ("r/min", "lowest speed after the first motion; below zero it kicks back"),

@@ -14,7 +14,7 @@ from apesim.engine.cylinder import EPV
 from apesim.engine.drivetrain.closure import closure_of_run
 from apesim.engine.drivetrain.preparing import NO_GOAL, Course, Prepared, prepare, released
 from apesim.engine.drivetrain.rates import SHAFT_TRACE
-from apesim.engine.drivetrain.run import DrivetrainRun, air_of, run_drivetrain
+from apesim.engine.drivetrain.run import DrivetrainRun, drawn_air_of, draws_from_supply, run_drivetrain
 from apesim.engine.drivetrain.state import FRICTION_WORK, GAS_WORK, LOAD_WORK, shaft_extremes, shaft_ledger
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import Status
@@ -51,7 +51,7 @@ NUMBERS = {
     "friction_work_J": ("J", "work against friction"),
     "brake_work_J": ("J", "work of the gas less that against friction"),
     "load_work_J": ("J", "work of the load, where the shaft is free"),
-    "engine_air_kg": ("kg", "air through the grooves"),
+    "engine_air_kg": ("kg", "air from the supply through the grooves"),
     "control_air_kg": ("kg", "control air"),
     "specific_work_J_per_g": ("J g-1", "brake work over all air"),
     "lowest_speed_rpm": ("r/min", "lowest speed of a whole revolution"),
@@ -73,7 +73,7 @@ REVOLUTION = {
     "load_torque_Nm": ("N m", "mean torque of the load"),
     "lowest_torque_Nm": ("N m", "lowest torque of the gas"),
     "highest_torque_Nm": ("N m", "highest torque of the gas"),
-    "engine_air_kg": ("kg", "air through the grooves"),
+    "engine_air_kg": ("kg", "air from the supply through the grooves"),
     "control_air_kg": ("kg", "control air"),
     "receiver_dip_Pa": ("Pa", "supply pressure of the machine less the lowest in the receiver"),
 }
@@ -307,7 +307,8 @@ def run_transient(
 
     closure = closure_of_run(start, march.y)
     columns, full = revolution_columns(march), march.cylinders["full_lift"]
-    dip = machine.supply.pressure - march.cylinders["min_receiver"].min(axis=1, initial=np.inf)
+    receivers = march.cylinders["min_receiver"][:, draws_from_supply(start.p)]
+    dip = machine.supply.pressure - receivers.min(axis=1, initial=np.inf)
     values = _totals(start, march) | {
         "strokes_cut_short": int((full == 0.0).sum()),
         "mass_closure": closure.mass,
@@ -344,7 +345,7 @@ def _totals(start: Prepared, march: DrivetrainRun) -> dict[str, Any]:
     counted = shaft_extremes(start.p)
     change = march.y[:counted] - start.y[:counted]
     ledger = change[shaft_ledger(start.p) :]
-    engine, control = (float(air.sum()) for air in air_of(start.p, change))
+    engine, control = drawn_air_of(start.p, change)
     gas, friction, load = (float(ledger[which]) for which in (GAS_WORK, FRICTION_WORK, LOAD_WORK))
     air = engine + control
     return {

@@ -76,7 +76,7 @@ def of_revolution(run, k=-1):
         "load": r["load_work"] / turn,
         "torque_min": r["min_torque"],
         "torque_max": r["max_torque"],
-        "air_g_per_rev": r["engine_air"] * 1e3,
+        "air_g_per_rev": c["engine_air"].sum() * 1e3,
         "control_g_per_rev": r["control_air"] * 1e3,
         "mean_rpm": 60.0 / r["duration"],
         "min_rpm": r["min_speed"] / RPM,

@@ -40,6 +40,15 @@ def test_a_row_has_each_cylinder(ramp):
     assert two["receiver_dip_Pa"] > 0.0
 
 
+def test_air_that_both_stages_use_counts_once():
+    two = apesim.run_transient(machine(stage_2_bore="120 mm"), speed="0 s: 600 rpm, 1 s: 600 rpm")
+    drawn, row = two.march.cylinders["engine_air"], two.to_dict()["revolutions"][-1]
+    assert drawn[-1, 1] > 0.5 * drawn[-1, 0] > 0.0
+    assert row["engine_air_kg"] == pytest.approx(drawn[-1, 0], rel=1e-12)
+    assert drawn[:, 0].sum() < two["engine_air"] < drawn.sum()  # the last revolution is not whole
+    assert row["receiver_dip_Pa"] < 0.1e6  # that of the receiver, not of the inter-receiver
+
+
 def test_cylinders_with_keys_of_their_own_have_angles_of_their_own():
     late = machine(engine_cylinders=2, cylinder=[{}, {"valve.solenoid.dead_time": "2.5 ms"}])
     row = apesim.run_transient(late, speed="0 s: 600 rpm, 0.5 s: 600 rpm").to_dict()["revolutions"][-1]
