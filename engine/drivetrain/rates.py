@@ -636,6 +636,10 @@ def keep_extremes(
             most = largest_between(h, before, rising, after, rising_end)
             y_end[own + MIN_RECEIVER] = min(y_end[own + MIN_RECEIVER], least)
             y_end[own + MAX_RECEIVER] = max(y_end[own + MAX_RECEIVER], most)
+        elif p.sources[i] == i:  # an endless receiver is as the supply
+            supply = mode[shaft_modes(p) + SUPPLY]
+            y_end[own + MIN_RECEIVER] = min(y_end[own + MIN_RECEIVER], supply)
+            y_end[own + MAX_RECEIVER] = max(y_end[own + MAX_RECEIVER], supply)
     growth, growth_end = dy[shaft + SPEED], dy_end[shaft + SPEED]
     y_end[first + MIN_SPEED] = min(y_end[first + MIN_SPEED], smallest_between(h, speed, growth, speed_end, growth_end))
     y_end[first + MAX_SPEED] = max(y_end[first + MAX_SPEED], largest_between(h, speed, growth, speed_end, growth_end))

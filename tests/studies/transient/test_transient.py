@@ -49,6 +49,13 @@ def test_air_that_both_stages_use_counts_once():
     assert row["receiver_dip_Pa"] < 0.1e6  # that of the receiver, not of the inter-receiver
 
 
+def test_an_endless_receiver_dips_with_the_supply_alone():
+    endless = machine(engine_receiver_volume="inf", engine_cylinders=2)
+    run = apesim.run_transient(endless, speed="0 s: 600 rpm, 0.6 s: 600 rpm", supply="0.35 s: 0.8 MPa gauge")
+    dips = [row["receiver_dip_Pa"] for row in run.to_dict()["revolutions"]]
+    assert dips[0] == 0.0 and dips[-1] == pytest.approx(0.2e6, rel=1e-9)
+
+
 def test_cylinders_with_keys_of_their_own_have_angles_of_their_own():
     late = machine(engine_cylinders=2, cylinder=[{}, {"valve.solenoid.dead_time": "2.5 ms"}])
     row = apesim.run_transient(late, speed="0 s: 600 rpm, 0.5 s: 600 rpm").to_dict()["revolutions"][-1]
