@@ -78,7 +78,7 @@ def compute():
     }
     values |= _turn_values(turns) | _shift() | {"claims": _claims(stated, values)}
     for name, changes in REPEATS.items():
-        values[f"repeats.{name}"] = Number(1e9 * max(changes), "·\u00a010⁻⁹", error=0.5)
+        values[f"repeats.{name}"] = Number(1e9 * max(changes), "·\u00a010⁻⁹", error=5.0)
         values[f"runs.{name}"] = Number(len(changes))
     return values
 
@@ -101,7 +101,8 @@ def _machine(pressure, stages, cut_offs=STATED, **keys):
 def _run(machine, turns=TURNS, sample=None):
     """Turns at constant speed from rest."""
     end = turns * 60.0 / SPEED
-    return apesim.run_transient(machine, speed=f"0 s: {SPEED} rpm, {end} s: {SPEED} rpm", sample=sample or f"{end} s")
+    speed = f"0 s: {SPEED} rpm, {end} s: {SPEED} rpm"
+    return apesim.run_transient(machine, speed=speed, sample=sample or f"{0.5 * end} s")
 
 
 def _read(run):
