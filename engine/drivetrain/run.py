@@ -146,7 +146,7 @@ class DrivetrainRun(NamedTuple):
     """Steps in all."""
 
 
-class _Books:
+class Books:
     """What is read off the logs of the pieces of a march."""
 
     def __init__(self, prepared: Prepared) -> None:
@@ -254,6 +254,60 @@ def gas_work_of(p: Drivetrain, change: np.ndarray) -> np.ndarray:
     return np.array([engine_ledger(ledger_at(change, ledger_place(p, i))).work for i in range(len(p.numbers))])
 
 
+class March(NamedTuple):
+    """March of a drivetrain so far, from which it goes on; `apesim.engine.drivetrain.checkpoint` keeps one."""
+
+    time: float
+    """Time that is reached [s]."""
+    y: np.ndarray
+    """State vector there."""
+    mode: np.ndarray
+    """Modes there."""
+    status: Status
+    """How the last piece ended."""
+    steps: int
+    """Steps so far."""
+    books: Books
+    """What was read off the logs so far."""
+    times: np.ndarray
+    """Times of the trace [s], (t,), those to come among them."""
+    trace: np.ndarray
+    """Rows of the trace, (t, c); NaN where it has not come to."""
+
+
+def begin_march(prepared: Prepared, times: np.ndarray | None = None) -> March:
+    """Begin a march, of which nothing is done; `times` (t,) [s] are those of the trace, ascending."""
+    times = np.empty(0) if times is None else times
+    trace = np.full((len(times), len(SHAFT_TRACE) + len(prepared.p.numbers) * len(TRACE)), np.nan)
+    return March(0.0, prepared.y.copy(), prepared.mode.copy(), Status.DONE, 0, Books(prepared), times, trace)
+
+
+def march_pieces(
+    prepared: Prepared, begin: March, duration: float, tolerance: float = TRANSIENT_TOLERANCE
+) -> Iterator[March]:
+    """March a drivetrain on from where a march has come to, and yield the march after each piece.
+
+    The pieces depend on nothing but the state, so that one that goes on makes those of one that was never left.
+    The arrays of what is yielded are those of `begin`: the next piece changes them.
+    """
+    p, tables, _, _, breakpoints = prepared
+    t, y, mode, status, steps, books, times, trace = begin
+    count = len(p.numbers)
+    log = np.empty((MAX_EVENTS + 100 + 2 * len(breakpoints), LOG_HEAD + len(y)))
+    accuracy = accuracy_of(p, tolerance)
+    while t < duration and status == Status.DONE:
+        speed = max(abs(y[shaft_states(p) + SPEED]), SLOWEST)
+        piece = min(LONGEST_PIECE, MAX_EVENTS / (2.0 * EVENTS_A_REVOLUTION * count) * TURN / speed)
+        end = min(duration, t + piece)
+        stops = np.append(breakpoints[(breakpoints > t) & (breakpoints < end)], end)
+        first = np.searchsorted(times, t, side="left" if t == 0.0 else "right")
+        stop = np.searchsorted(times, end, side="right")
+        outcome = march(p, tables, t, y, mode, stops, accuracy, log, times[first:stop], trace[first:stop])
+        books.take(log[: outcome.logged])
+        t, steps, status = float(log[outcome.logged - 1, 0]), steps + outcome.steps, Status(outcome.status)
+        yield March(t, y, mode, status, steps, books, times, trace)
+
+
 def run_drivetrain(
     prepared: Prepared,
     duration: float,
@@ -265,27 +319,20 @@ def run_drivetrain(
 
     `times` (t,) [s] are those of the trace, ascending. `report` is told the time reached after each piece.
     """
-    p, tables, y, mode, breakpoints = prepared
-    y, mode = y.copy(), mode.copy()
-    times = np.empty(0) if times is None else times
-    books, count = _Books(prepared), len(p.numbers)
-    trace = np.full((len(times), len(SHAFT_TRACE) + count * len(TRACE)), np.nan)
-    log = np.empty((MAX_EVENTS + 100 + 2 * len(breakpoints), LOG_HEAD + len(y)))
-    accuracy, t, steps, status = accuracy_of(p, tolerance), 0.0, 0, Status.DONE
-    while t < duration and status == Status.DONE:
-        speed = max(abs(y[shaft_states(p) + SPEED]), SLOWEST)
-        piece = min(LONGEST_PIECE, MAX_EVENTS / (2.0 * EVENTS_A_REVOLUTION * count) * TURN / speed)
-        end = min(duration, t + piece)
-        stops = np.append(breakpoints[(breakpoints > t) & (breakpoints < end)], end)
-        begin = np.searchsorted(times, t, side="left" if t == 0.0 else "right")
-        stop = np.searchsorted(times, end, side="right")
-        outcome = march(p, tables, t, y, mode, stops, accuracy, log, times[begin:stop], trace[begin:stop])
-        books.take(log[: outcome.logged])
-        t, steps, status = float(log[outcome.logged - 1, 0]), steps + outcome.steps, Status(outcome.status)
+    marched = begin_march(prepared, times)
+    for piece in march_pieces(prepared, marched, duration, tolerance):
+        marched = piece
         if report:
-            report(t)
+            report(marched.time)
+    return run_of(marched)
+
+
+def run_of(marched: March) -> DrivetrainRun:
+    """Make the run of a march that has ended."""
+    t, y, mode, status, steps, books, times, trace = marched
+    p = books.p
     rows = np.array(books.rows).reshape(-1, len(REVOLUTION))
-    own = np.array(books.own_rows).reshape(-1, len(OWN_REVOLUTION), count)
+    own = np.array(books.own_rows).reshape(-1, len(OWN_REVOLUTION), books.count)
     reached = times <= t
     return DrivetrainRun(
         dict(zip(REVOLUTION, rows.T, strict=True)),
