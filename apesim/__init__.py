@@ -6,8 +6,8 @@ kernel (the compile decorator), stack_array (a few numbers within a kernel), vie
 as rows of numbers), linear_table (read between its rows), terminal (text from files as a terminal may show it),
 quantities (units, ranges, strict files), flow_function, air (gas, its states), restriction (flow through it), exergy
 (of streams and volumes), effect (what an effect is), leak (through a restriction, as an effect), cubic_table (of an
-effect's strengths), march (the one adaptive march, and periodic states), reading (what sensors show), archive (HDF5),
-results (named numbers and traces).
+effect's strengths), march (the one adaptive march, and periodic states), reading (what sensors show), late_text
+(written when it is read), archive (HDF5), results (named numbers and traces).
 
 The layers above it are `apesim.valve`, `apesim.engine` and `apesim.studies`. In a checkout their folders stand beside
 this one; installed, within it.

@@ -42,13 +42,15 @@ behind the name, too (``brake_torque_Nm``); a result understands both.
 
 import difflib
 import html
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+
+from apesim.late_text import LateText
 
 if TYPE_CHECKING:
     import pandas
@@ -296,24 +298,6 @@ def scalars_of(values: Mapping[str, Any], declared: Mapping[str, tuple[str, str]
     return scalars
 
 
-class _MachineText:
-    """Text of a result's machine; a function that writes it is called when the text is first read.
-
-    To write a machine takes as long as many marches of its valve, and most results are never asked for it.
-    """
-
-    def __get__(self, result: "Result | None", owner: type | None = None) -> str:
-        if result is None:  # the default of the dataclass's field
-            return ""
-        held = vars(result)["machine"]
-        if not isinstance(held, str):
-            held = vars(result)["machine"] = held()
-        return held
-
-    def __set__(self, result: "Result", text: str | Callable[[], str]) -> None:
-        vars(result)["machine"] = text
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Result(Mapping[str, Any]):
     """Base of all results: ``result["brake_torque"]`` is a number, ``result.traces["lift"]`` an array with its unit.
@@ -347,7 +331,7 @@ class Result(Mapping[str, Any]):
     warnings: Sequence[str] = ()
     ending: str = ""
     converged: bool | None = None
-    machine: _MachineText = _MachineText()
+    machine: LateText = LateText()  # noqa: RUF009 (a descriptor)
 
     def __post_init__(self) -> None:
         for name in MAPPINGS:

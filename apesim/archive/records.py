@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+
+from apesim.late_text import LateText
 
 FORMAT = "apesim archive"
 FORMAT_VERSION = 3
@@ -75,16 +77,16 @@ class Archive:
     Attributes
     ----------
     machine : str
-        TOML text of the whole machine.
+        TOML text of the whole machine; a study may give the function that writes it.
     provenance : dict of str to str
         Where the results come from; `write` adds what it knows itself.
     variables : dict of str to Variable
         Axes and results by name; "run" holds the run numbers (int64, increasing).
     """
 
-    machine: str
-    provenance: dict[str, str]
-    variables: dict[str, Variable]
+    machine: LateText = LateText()  # noqa: RUF009 (a descriptor)
+    provenance: dict[str, str] = field(default_factory=dict)
+    variables: dict[str, Variable] = field(default_factory=dict)
 
     @property
     def runs(self) -> np.ndarray:

@@ -93,7 +93,7 @@ def read_shards(folder: str | os.PathLike[str], plan_hash: str) -> Shards:
         if part.provenance.get("plan_hash") != plan_hash:
             raise ArchiveError(
                 path,
-                "is part of another sweep: machine, settings or program differ",
+                "is part of another sweep or run: machine, settings or program differ",
                 "resume with the settings it was started with, or remove the folder",
             )
         shards.parts.append(_with_shared_texts(part, texts))

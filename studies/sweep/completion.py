@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from apesim.archive import Archive, ArchiveError
 from apesim.archive.completeness import gaps_in_words
 from apesim.archive.shards import read_shards, write_shard
+from apesim.studies.execution.resuming import keep
 from apesim.studies.sweep.plan import CORRECTED, FIXED, Point
 
 SECONDS_A_POINT = {FIXED: 0.03, CORRECTED: 0.12}
@@ -84,19 +85,6 @@ def complete(
     missing = _in_words(runs - done)
     fault = (f"runs {missing} are missing, their worker processes died", REMEDY) if missing else None
     return Completion(shards.parts + in_work.parts, fault, shards.damaged)
-
-
-def keep(archive: Archive, save: Callable[[Archive], Path]) -> Path:
-    """Save an archive; where that fails, the error says that all finished shards are kept.
-
-    `save` writes the archive and returns its path. Raises ArchiveError, whose remedy names ``--resume``, where it
-    cannot.
-    """
-    try:
-        return save(archive)
-    except ArchiveError as error:
-        remedy = f"{error.remedy}; what is done is kept, go on with --resume"
-        raise type(error)(error.path, error.what, remedy) from error
 
 
 def seconds_of(points: Iterable[Point]) -> float:

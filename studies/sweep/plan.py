@@ -120,3 +120,11 @@ def in_one_unit(texts: Sequence[str]) -> tuple[Sequence[str], str]:
     if None in units or len(units) > 1:
         return texts, ""
     return [match[1] for match in matches], units.pop()
+
+
+def span_of(texts: Sequence[str]) -> str:
+    """Write the values of an axis in words: all of a few, else the ends and their number."""
+    if len(texts) <= 4:
+        return ", ".join(texts)
+    numbers, unit = in_one_unit(texts)
+    return " ".join(filter(None, (f"{numbers[0]} to {numbers[-1]}", unit, f"({len(texts)})")))

@@ -17,11 +17,11 @@ from apesim.engine.drivetrain.indicators import OWN_INDICATORS, SHAFT_INDICATORS
 from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
 from apesim.engine.warnings import EngineWarning
 from apesim.march.adaptive import Status
-from apesim.quantities import Choice, Curve, split_header
+from apesim.quantities import split_header
 from apesim.studies.run.march_status import STATUS_MEANINGS
 from apesim.studies.sweep.compute import ANGLE_STEP, NOT_ASKED, NOT_JUDGED, NOT_MARCHED, WARNING_FLAGS
 from apesim.studies.sweep.plan import ACTUATIONS, TIMING_NAMES, Point, actuation_of
-from apesim.studies.sweep.variation import Variation, stored
+from apesim.studies.sweep.variation import Variation, varied_columns
 from apesim.studies.timing import Reason
 
 REASON_MEANINGS = ", ".join(f"{int(reason)} {reason.name.lower().replace('_', ' ')}" for reason in Reason)
@@ -67,7 +67,7 @@ def archive_of(
     if traces:
         angles = points[0].trace_start / DEGREE + ANGLE_STEP / DEGREE * np.arange(len(traces[0]))
         variables["crank_angle"] = Variable(("crank_angle",), angles, "deg", "crank angle after TDC")
-    variables |= _what_was_run(points) | _what_was_varied(points, variation)
+    variables |= _what_was_run(points) | varied_columns(variation, [point.combination for point in points])
     variables |= _how_it_ended(scalars) | _indicators(scalars) | _warnings(scalars)
     if traces:
         variables |= _traces(traces)
@@ -99,19 +99,6 @@ def _what_was_run(points: Sequence[Point]) -> dict[str, Variable]:
     return {
         name: column(codes[name], "1", description, meanings_of(names)) for name, (description, names) in CODES.items()
     }
-
-
-def _what_was_varied(points: Sequence[Point], variation: Variation) -> dict[str, Variable]:
-    """Values that the varied keys have at each point."""
-    shape = [len(axis.values) for axis in variation.axes]
-    variables = {}
-    for number, axis in enumerate(variation.axes):
-        values, unit = stored(axis)
-        meanings = meanings_of(axis.declaration.options) if isinstance(axis.declaration, Choice) else ""
-        varied = [values[np.unravel_index(point.combination, shape)[number]] for point in points]
-        kind = np.str_ if isinstance(axis.declaration, Curve) else float
-        variables[axis.name] = column(np.array(varied, kind), unit, f"{axis.key} of the machine", meanings)
-    return variables
 
 
 def _how_it_ended(scalars: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:

@@ -14,13 +14,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.archive import Archive, ArchiveError, DamagedError, IncompleteError, find_target, read, write
+from apesim.archive import Archive, ArchiveError, IncompleteError, find_target, read, write
 from apesim.archive.completeness import missing_runs, runs_planned
 from apesim.archive.file import complete_provenance
 from apesim.archive.lock import lock
 from apesim.archive.memory import available_memory
 from apesim.archive.merge import merge
-from apesim.archive.shards import plan_hash, read_shards, remove_shards, shards_folder
+from apesim.archive.shards import plan_hash, read_shards, shards_folder
 from apesim.archive.untrusted import SIZE_LIMIT
 from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cycle.operating_point import cycle_of
@@ -28,9 +28,9 @@ from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from apesim.studies.execution.cluster import run_on_cluster
-from apesim.studies.execution.output import refuse_to_replace
 from apesim.studies.execution.pool import run_tasks, workers_for
-from apesim.studies.sweep.completion import complete, keep, seconds_of
+from apesim.studies.execution.resuming import keep, make_room, read_own_archive, remove_what_is_done
+from apesim.studies.sweep.completion import complete, seconds_of
 from apesim.studies.sweep.compute import ROWS, compute
 from apesim.studies.sweep.plan import FIXED, Point, plan
 from apesim.studies.sweep.results import archive_of, faults_of
@@ -120,12 +120,14 @@ def run_sweep(
         _refuse_too_many(out, len(points))
     with lock(out):
         start = time.perf_counter()
-        there = _own_archive(out, provenance, overwrite) if resume else None
+        own = {key: provenance[key] for key in ("plan_hash", "shard")}
+        there = read_own_archive(out, own, overwrite=overwrite) if resume else None
         if there and not missing_runs(there):
             return _finished(out, there, start)
 
         # Where a sweep goes on, its own archive that lacks runs may be replaced without `overwrite`.
-        _clear(out, resume, overwrite or there)
+        is_ours = there is not None
+        make_room(out, resume=resume, overwrite=overwrite or is_ours, unfinished="the points of an unfinished sweep")
         warm_up(compute, _first_of_each_kind(points))  # one process compiles; the others' time is that of computing
 
         # What no shard holds yet is computed, and written as shards that survive a kill; compiling is not timed.
@@ -153,7 +155,7 @@ def run_sweep(
         keep(archive, functools.partial(write, path=out))
         notes = [f"a shard was damaged and computed again: {line}" for line in completion.damaged]
         if not completion.fault:
-            notes += _remove_what_is_done(out)
+            notes += remove_what_is_done(out)
     faults = ["; ".join(completion.fault)] if completion.fault else []
     seconds = time.perf_counter() - start
     return SweepResult(out, archive, faults + faults_of(archive), seconds, notes, was_finished=False)
@@ -188,17 +190,8 @@ def find_finished(out: str | os.PathLike[str]) -> SweepResult | None:
 def _finished(out: Path, archive: Archive, start: float) -> SweepResult:
     """Make the result of a sweep whose archive is there and whole, and remove the shards that it left."""
     read_shards(shards_folder(out), archive.provenance["plan_hash"])  # those of another sweep are not ours to remove
-    notes = _remove_what_is_done(out)
+    notes = remove_what_is_done(out)
     return SweepResult(out, archive, faults_of(archive), time.perf_counter() - start, notes, was_finished=True)
-
-
-def _remove_what_is_done(out: Path) -> list[str]:
-    """Remove the shards of a sweep whose archive is written; a line where that cannot be done."""
-    try:
-        remove_shards(shards_folder(out))
-    except ArchiveError as error:
-        return [f"all runs are in {out.name}, but {error}"]
-    return []
 
 
 def _run_here(
@@ -242,32 +235,3 @@ def _hash_of(machines: Iterable[Machine]) -> str:
     for machine in machines:
         digest.update(json.dumps(machine, default=lambda curve: curve.tolist()).encode())
     return digest.hexdigest()
-
-
-def _own_archive(out: Path, provenance: dict[str, str], overwrite: bool) -> Archive | None:
-    """Read the archive that is there, if it is of this sweep and of this share of it."""
-    if not os.path.exists(out):
-        return None
-    try:
-        archive = read(out)
-    except DamagedError as error:
-        if overwrite:
-            return None
-        raise DamagedError(out, f"is there, but damaged ({error.what})", "give --overwrite to replace it") from None
-    except ArchiveError:
-        return None
-    is_same = all(archive.provenance.get(key) == provenance[key] for key in ("plan_hash", "shard"))
-    return archive if is_same else None
-
-
-def _clear(out: Path, resume: bool, overwrite: Any) -> None:
-    """Make room for a new archive; raises `ArchiveError` where something would be lost that is not to be replaced."""
-    folder = shards_folder(out)
-    if not overwrite:
-        refuse_to_replace(out)
-    if os.path.exists(folder) and not resume:
-        if not overwrite:
-            raise ArchiveError(
-                folder, "holds the points of an unfinished sweep", "go on with --resume, or give --overwrite"
-            )
-        remove_shards(folder)

@@ -2,7 +2,7 @@
 
 import contextlib
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
@@ -15,7 +15,7 @@ from apesim.archive.columns import values_of
 from apesim.archive.grid import axes_of, grid_dataset
 from apesim.engine.cylinder import EPV, INTAKES
 from apesim.engine.machine import Machine
-from apesim.quantities import Arguments, Choice, InputError, parse_range
+from apesim.quantities import Arguments, Choice, parse_range
 from apesim.quantities.arguments import WithUnit
 from apesim.quantities.settings import differences
 from apesim.results import Scalar, name_of
@@ -25,10 +25,10 @@ from apesim.studies.execution.cluster import connected
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.run.operating_conditions import JOBS, SPEED
-from apesim.studies.sweep.plan import FIXED, TIMING_NAMES, TIMINGS, in_one_unit, rpm
+from apesim.studies.sweep.plan import FIXED, TIMING_NAMES, TIMINGS, rpm, span_of
 from apesim.studies.sweep.results import faults_of, warnings_of
 from apesim.studies.sweep.run import find_finished, run_sweep
-from apesim.studies.sweep.variation import Variation, vary_machine
+from apesim.studies.sweep.variation import Vary, read_variation
 
 if TYPE_CHECKING:
     import xarray
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 SPEEDS = "300:2400:100 rpm"
 INTAKE = Choice(INTAKES, "a call")
 TIMING = Choice((*TIMING_NAMES, "both"), "a call")
-Vary = Mapping[str, Any] | Sequence[str] | Variation
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -85,7 +84,7 @@ class Sweep(ArchiveResult):
     @classmethod
     def _conditions_of(cls, archive: Archive) -> Mapping[str, str]:
         """Write the values of each axis in words, by its name: all of a few, else the ends and their number."""
-        return {name.removesuffix("_rpm"): _ends(texts) for name, texts in axes_of(archive).items()}
+        return {name.removesuffix("_rpm"): span_of(texts) for name, texts in axes_of(archive).items()}
 
     def to_dict(self) -> dict[str, Any]:
         """Convert to a dictionary with the keys of ``apesim engine sweep --json``.
@@ -252,7 +251,7 @@ def sweep(
     speeds = _once(arguments, "speed", arguments.range("speed", speed, SPEED), lambda value: f"{rpm(value):g} r/min")
     intakes = _once(arguments, "intake", arguments.range("intake", intake, INTAKE), INTAKES.__getitem__)
     timings = _timings(arguments, timing, intakes)
-    variation = _variation(arguments, machine, vary)
+    variation = read_variation(arguments, machine, vary)
     arguments.quantity("jobs", jobs, JOBS)
     share = _share(arguments, shard)
 
@@ -319,17 +318,6 @@ def _timings(arguments: Arguments, timing: Any, intakes: list[int]) -> tuple[int
     return TIMINGS if TIMING.options[code] == "both" else (TIMINGS[code],)
 
 
-def _variation(arguments: Arguments, machine: Machine, vary: Vary | None) -> Variation | None:
-    """Make the machines that the argument `vary` asks for; its faults are noted."""
-    if vary is None or isinstance(vary, Variation):
-        return vary
-    try:
-        return vary_machine(machine, vary, f"{arguments.where}: vary")
-    except InputError as error:
-        arguments.faults += error.faults
-        return None
-
-
 def _share(arguments: Arguments, text: str | None) -> tuple[int, int] | None:
     """Read the share (i, N) of a text "i/N"; a fault is noted where it is none."""
     if text is None:
@@ -339,11 +327,3 @@ def _share(arguments: Arguments, text: str | None) -> tuple[int, int] | None:
         arguments.fault("shard", f"{text!r} is no share of the work", "write e.g. 1/4")
         return None
     return int(number), int(total)
-
-
-def _ends(texts: list[str]) -> str:
-    """Values of an axis in words: all of a few, else the ends and their number."""
-    if len(texts) <= 4:
-        return ", ".join(texts)
-    numbers, unit = in_one_unit(texts)
-    return f"{numbers[0]} to {numbers[-1]} {unit} ({len(texts)})"

@@ -1,13 +1,29 @@
 """Machines that differ in some keys: a full grid of their values."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from math import prod
 from os import PathLike
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from apesim.archive import Variable
+from apesim.archive.columns import column, meanings_of
 from apesim.engine.machine import Machine
-from apesim.quantities import Choice, Curve, Fault, InputError, Pressure, Quantity, QuantityList, quoted, unit
+from apesim.quantities import (
+    Arguments,
+    Choice,
+    Curve,
+    Fault,
+    InputError,
+    Pressure,
+    Quantity,
+    QuantityList,
+    quoted,
+    unit,
+)
 from apesim.quantities.arguments import Declared, values_of
 from apesim.quantities.declarations import Declaration
 from apesim.quantities.settings import misassigned, schema
@@ -17,6 +33,8 @@ VARY = "--vary"
 """Option that faults of varied keys name on the command line."""
 INTAKE_KEY, AMBIENT_KEY = "engine.intake", "ambient.pressure"
 MAX_COMBINATIONS = 100_000
+OF_MACHINE = " of the machine"
+"""What follows the key in the description of a column with its values."""
 
 
 class Axis(NamedTuple):
@@ -46,13 +64,24 @@ class Variation(NamedTuple):
     """A machine for each combination; the last axis runs fastest."""
 
 
-def vary(texts: Sequence[str], path: str | PathLike[str] | None = None, settings: Sequence[str] = ()) -> Variation:
+Vary = Mapping[str, Any] | Sequence[str] | Variation
+"""What a public function takes to vary keys of a machine, see `read_variation`."""
+
+
+def vary(
+    texts: Sequence[str],
+    path: str | PathLike[str] | None = None,
+    settings: Sequence[str] = (),
+    *,
+    has_intakes: bool = True,
+) -> Variation:
     """Make the machines in which some keys take all combinations of given values, from the options of a command.
 
     `texts` are ``KEY=RANGE``, such as "supply.pressure=0.6:1.4:0.2 MPa gauge" or "air.model=ideal,thermally_perfect";
     each machine is as if its values had been given by ``--set``, after the ``KEY=VALUE`` of `settings`. Without `path`
-    the embedded machine is varied. Raises an InputError that names every fault: invalid keys or values, a key given
-    twice, combinations that make an invalid machine.
+    the embedded machine is varied. `has_intakes`: the command has an option for what opens the intake, so that its key
+    is not varied. Raises an InputError that names every fault: invalid keys or values, a key given twice, combinations
+    that make an invalid machine.
 
     >>> variation = vary(["supply.pressure=0.6:1.4:0.4 MPa gauge", "air.model=ideal,thermally_perfect"])
     >>> variation.axes[0].texts
@@ -64,10 +93,25 @@ def vary(texts: Sequence[str], path: str | PathLike[str] | None = None, settings
     def make(assigned: dict[str, str]) -> Machine:
         return Machine.load(path, [*settings, *(f"{key}={text}" for key, text in assigned.items())])
 
-    return _vary(Machine.load(path, settings), _pairs(texts), make, VARY)
+    return _vary(Machine.load(path, settings), _pairs(texts), make, VARY, has_intakes=has_intakes)
 
 
-def vary_machine(machine: Machine, ranges: Mapping[str, Any] | Sequence[str], where: str) -> Variation:
+def read_variation(
+    arguments: Arguments, machine: Machine, vary: Vary | None, *, has_intakes: bool = True
+) -> Variation | None:
+    """Make the machines that the argument `vary` of a public function asks for; its faults are noted."""
+    if vary is None or isinstance(vary, Variation):
+        return vary
+    try:
+        return vary_machine(machine, vary, f"{arguments.where}: vary", has_intakes=has_intakes)
+    except InputError as error:
+        arguments.faults += error.faults
+        return None
+
+
+def vary_machine(
+    machine: Machine, ranges: Mapping[str, Any] | Sequence[str], where: str, *, has_intakes: bool = True
+) -> Variation:
     """Vary keys of a machine that was made in Python; each combination is as if made by its `with_`.
 
     `ranges` has values by key, with dots or underscores: a range or list in a text, or a sequence of texts and numbers
@@ -86,7 +130,7 @@ def vary_machine(machine: Machine, ranges: Mapping[str, Any] | Sequence[str], wh
     keys = [*(leaf.key for leaf in schema(type(machine))), *spellings(type(machine))]
     by_underscores = {key.replace(".", "_"): key for key in keys}
     pairs = [(by_underscores.get(key, key), values) for key, values in pairs]
-    return _vary(machine, pairs, lambda assigned: machine.with_(**assigned), where)
+    return _vary(machine, pairs, lambda assigned: machine.with_(**assigned), where, has_intakes=has_intakes)
 
 
 def _pairs(texts: Sequence[str]) -> list[tuple[str, Any]]:
@@ -99,7 +143,12 @@ def _pairs(texts: Sequence[str]) -> list[tuple[str, Any]]:
 
 
 def _vary(
-    base: Machine, pairs: list[tuple[str, Any]], make: Callable[[dict[str, str]], Machine], where: str
+    base: Machine,
+    pairs: list[tuple[str, Any]],
+    make: Callable[[dict[str, str]], Machine],
+    where: str,
+    *,
+    has_intakes: bool,
 ) -> Variation:
     """Machines for all combinations, see `vary`; `make` makes one from texts by key."""
     declarations, others = {leaf.key: leaf.declaration for leaf in schema(type(base))}, spellings(type(base))
@@ -118,7 +167,7 @@ def _vary(
         elif declarations[key].is_table or isinstance(declarations[key], QuantityList):
             what = "table" if declarations[key].is_table else "list"
             all_faults.append(Fault(where, key, f"is a {what}, no number", "vary a number, e.g. valve.stroke"))
-        elif key == INTAKE_KEY:
+        elif key == INTAKE_KEY and has_intakes:
             option = "--intake epv,cam,ideal" if where == VARY else 'intake="epv, cam, ideal"'
             all_faults.append(Fault(where, key, "has an option of its own", f"write {option}"))
         elif key in seen:
@@ -201,3 +250,17 @@ def stored(axis: Axis) -> tuple[list[Any], str]:
         return [float(text.split()[0]) for text in axis.texts], "deg"
     name = unit(axis.declaration.unit).si_text  # type: ignore[attr-defined]
     return list(axis.values), "1" if name == "-" else name
+
+
+def varied_columns(variation: Variation, combinations: Sequence[int]) -> dict[str, Variable]:
+    """Make the columns of an archive with the values that the varied keys have, for runs of these combinations."""
+    shape = [len(axis.values) for axis in variation.axes]
+    places = np.unravel_index(np.asarray(combinations, dtype=int), shape) if shape else ()
+    variables = {}
+    for axis, at in zip(variation.axes, places, strict=True):
+        values, unit = stored(axis)
+        meanings = meanings_of(axis.declaration.options) if isinstance(axis.declaration, Choice) else ""
+        kind = np.str_ if isinstance(axis.declaration, Curve) else float
+        varied = column(np.array([values[place] for place in at], kind), unit, f"{axis.key}{OF_MACHINE}", meanings)
+        variables[axis.name] = replace(varied, coordinate=True)
+    return variables
