@@ -2,5 +2,5 @@
 
 Files in the order in which an archive meets them: result_kinds (by their names), archive_result (what every result of
 an archive is), description, verification, comparison, machines (beside one that is given), grid_result (over a grid),
-pressure_axes (of such a grid), joining.
+pressure_axes (of such a grid), run_result (of one run), joining.
 """

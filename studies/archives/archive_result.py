@@ -1,7 +1,8 @@
 """Results of studies that leave an archive: whatever was run, its variables are at hand by name."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from importlib import import_module
 from math import nan
 from os import PathLike
@@ -68,25 +69,35 @@ class ArchiveResult(Result):
         failed = tuple(
             more.pop("failed", None) or cls._faults_of(archive)
         )  # a sweep knows of points without a run, too
-        scalars = {
-            "runs": Scalar(len(archive.runs), "1", "runs"),
-            "failed_runs": Scalar(len(failed), "1", "points that failed, are out of reach or did not converge"),
-            **cls._summary_of(archive),
-        }
+        scalars = dict(cls._scalars_of(archive, failed))
         if not np.isnan(wall_time):
             scalars["wall_time"] = Scalar(wall_time, "s", "computing time")
         return cls(
             scalars,
-            variables_of(archive),
+            cls._traces_of(archive),
             cls._conditions_of(archive),
             tuple(cls._warnings_of(archive)),
             f"{len(failed)} failed: {failed[0]}" if failed else "",
             not failed,
-            archive.machine,
+            partial(getattr, archive, "machine"),
             archive=archive,
             failed=failed,
             **more,
         )
+
+    @classmethod
+    def _scalars_of(cls, archive: Archive, failed: Sequence[str]) -> Mapping[str, Scalar]:
+        """Find the numbers of the result, beside the computing time."""
+        return {
+            "runs": Scalar(len(archive.runs), "1", "runs"),
+            "failed_runs": Scalar(len(failed), "1", "points that failed, are out of reach or did not converge"),
+            **cls._summary_of(archive),
+        }
+
+    @classmethod
+    def _traces_of(cls, archive: Archive) -> Mapping[str, Trace]:
+        """Lay out the variables of the archive as traces."""
+        return variables_of(archive)
 
     @classmethod
     def _recorded(cls, archive: Archive) -> dict[str, Any]:
@@ -159,7 +170,7 @@ class ArchiveResult(Result):
         """
         frame = super().to_pandas()
         for name, variable in self.archive.variables.items():
-            if variable.meanings and name_of(name, variable.unit) in frame:
+            if variable.meanings and variable.dims == ("run",) and name_of(name, variable.unit) in frame:
                 frame[name_of(name, variable.unit)] = words_of(variable)
         return frame
 

@@ -8,6 +8,9 @@ KINDS = {
     "engine timing": "apesim.studies.timing.correction:CorrectedTiming",
     "engine optimise": "apesim.studies.optimise.optimisation:OptimalCommands",
     "engine assess": "apesim.studies.assessment.comparison:ValveAssessment",
+    "engine start": "apesim.studies.transient.start:StartRun",
+    "engine start map": "apesim.studies.transient.start_map:StartMap",
+    "engine transient": "apesim.studies.transient.transient:TransientRun",
     "valve map": "apesim.studies.limit.valve_map:ValveMap",
     "valve limit": "apesim.studies.limit.valve_limit:ValveLimit",
     "valve soft-landing": "apesim.studies.soft_landing.study:SoftLanding",
@@ -15,6 +18,9 @@ KINDS = {
 """Class of the result by the kind of an archive, which is the command that writes it; a new kind is one more entry."""
 SIGNS = {
     "engine sweep": {"actuation", "axes"},
+    "engine start map": {"starting_share", "axes"},
+    "engine start": {"starting_share", "first_motion_s"},
+    "engine transient": {"revolution_start_s", "shaft_closure"},
     "valve map": {"pulse_s", "opening_delay_s"},
     "valve limit": {"limit_hz", "duty"},
     "engine limit": {"limit_rpm", "duration_deg", "fails"},

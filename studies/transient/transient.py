@@ -1,106 +1,113 @@
 """An engine over time: a free shaft from rest or from a speed, or an imposed speed, with a row for each revolution."""
 
+import json
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from apesim.engine.angles import DEGREE, TURN
+from apesim.archive import Archive, find_target, write
+from apesim.archive.columns import column, run_axis
+from apesim.archive.lock import lock
+from apesim.archive.memory import available_memory
+from apesim.archive.shards import plan_hash
+from apesim.archive.untrusted import SIZE_LIMIT
+from apesim.engine.angles import TURN
 from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.drivetrain.closure import closure_of_run
 from apesim.engine.drivetrain.preparing import NO_GOAL, Course, Prepared, prepare, released
 from apesim.engine.drivetrain.rates import SHAFT_TRACE
-from apesim.engine.drivetrain.run import DrivetrainRun, drawn_air_of, draws_from_supply, run_drivetrain
+from apesim.engine.drivetrain.run import DrivetrainRun, begin_march, drawn_air_of, march_pieces, run_drivetrain, run_of
 from apesim.engine.drivetrain.state import FRICTION_WORK, GAS_WORK, LOAD_WORK, shaft_extremes, shaft_ledger
 from apesim.engine.machine import Machine
+from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
-from apesim.quantities import split_header
+from apesim.quantities import Arguments
 from apesim.quantities.arguments import WithUnit
-from apesim.results import NotConverged, Result, Trace, name_of, scalars_of
-from apesim.studies.execution.calls import arguments_of, public, text_writer
+from apesim.results import NotConverged
+from apesim.studies.archives.run_result import CONDITIONS, RunResult, columns_of_run
+from apesim.studies.execution.calls import arguments_of, call_text, public, text_writer
 from apesim.studies.execution.own_thread import call_in_thread
+from apesim.studies.execution.progress import Progress, show_progress
+from apesim.studies.execution.resuming import keep, make_room, read_own_archive, remove_what_is_done
 from apesim.studies.run.compiling import compile_drivetrain
-from apesim.studies.run.engine_run import TRACE_NAMES, supply_conditions
+from apesim.studies.run.engine_run import supply_conditions
+from apesim.studies.run.march_status import STATUS_MEANINGS
 from apesim.studies.run.operating_conditions import SPEED, TIME
+from apesim.studies.transient.checkpoints import Checkpoints
 from apesim.studies.transient.courses import (
     IMPOSED_SPEED,
     LOAD_TORQUE,
     MOMENT,
-    RPM,
     START_ANGLE,
     read_course,
     read_supply,
     read_timing,
 )
+from apesim.studies.transient.march_archive import (
+    PREFIX,
+    event_variables,
+    events_of,
+    revolution_variables,
+    revolutions_of,
+    trace_variables,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+KIND = "engine transient"
+"""Kind of the archives."""
+ENDED_WELL = Status.DONE, Status.STOPPED
+"""How a march ends that has done what was asked."""
 ROWS = 5000
 """Rows of a trace where no time between them is given; chosen."""
 SETTLING = 100
 """Revolutions at a constant speed before a shaft is let free from there; chosen: states repeat within 1e-8 by then."""
 NUMBERS = {
     "duration_s": ("s", "time marched"),
-    "turns": ("", "turns of the shaft, from angle 0"),
+    "turns": ("1", "turns of the shaft, from angle 0"),
     "gas_work_J": ("J", "work of the gas above ambient pressure"),
     "friction_work_J": ("J", "work against friction"),
     "brake_work_J": ("J", "work of the gas less that against friction"),
     "load_work_J": ("J", "work of the load, where the shaft is free"),
     "engine_air_kg": ("kg", "air from the supply through the grooves"),
     "control_air_kg": ("kg", "control air"),
-    "specific_work_J_per_g": ("J g-1", "brake work over all air"),
+    "specific_work_J_per_g": ("J/g", "brake work over all air"),
     "lowest_speed_rpm": ("r/min", "lowest speed of a whole revolution"),
     "highest_speed_rpm": ("r/min", "highest speed of a whole revolution"),
-    "revolutions": ("", "whole revolutions"),
-    "strokes_cut_short": ("", "revolutions of a cylinder in which its valve did not reach full lift"),
-    "mass_closure": ("", "air that is not accounted for, over what is turned over"),
-    "energy_closure": ("", "energy of the air that is not accounted for, over what is turned over"),
-    "shaft_closure": ("", "energy of the shaft that is not accounted for, over what is turned over"),
-    "wall_time_s": ("s", "computing time of the call"),
+    "revolutions": ("1", "whole revolutions"),
+    "strokes_cut_short": ("1", "revolutions of a cylinder in which its valve did not reach full lift"),
+    "mass_closure": ("1", "air that is not accounted for, over what is turned over"),
+    "energy_closure": ("1", "energy of the air that is not accounted for, over what is turned over"),
+    "shaft_closure": ("1", "energy of the shaft that is not accounted for, over what is turned over"),
+    "steps": ("1", "steps of the march"),
 }
-REVOLUTION = {
-    "start_s": ("s", "start of the revolution"),
-    "mean_speed_rpm": ("r/min", "mean speed of the revolution"),
-    "lowest_speed_rpm": ("r/min", "lowest speed of the revolution"),
-    "highest_speed_rpm": ("r/min", "highest speed of the revolution"),
-    "gas_torque_Nm": ("N m", "mean torque of the gas"),
-    "brake_torque_Nm": ("N m", "mean torque of the gas less friction"),
-    "load_torque_Nm": ("N m", "mean torque of the load"),
-    "lowest_torque_Nm": ("N m", "lowest torque of the gas"),
-    "highest_torque_Nm": ("N m", "highest torque of the gas"),
-    "engine_air_kg": ("kg", "air from the supply through the grooves"),
-    "control_air_kg": ("kg", "control air"),
-    "receiver_dip_Pa": ("Pa", "supply pressure of the machine less the lowest in the receiver"),
-}
-"""Quantities of a revolution."""
-OWN = {
-    "valve_open_deg": ("deg", "own angle at which the lift rises through the lap"),
-    "valve_close_deg": ("deg", "own angle at which the lift falls through the lap"),
-    "full_lift": ("", "whether the valve reached its open stop"),
-}
-"""Quantities of a cylinder in a revolution."""
 PLOTS = {
-    "speed": ("mean_speed", "mean speed [r/min]"),
-    "torque": ("brake_torque", "brake torque [N m]"),
-    "air": ("engine_air", "engine air [g a turn]"),
+    "speed": ("revolution_mean_speed_rpm", "mean speed [r/min]"),
+    "torque": ("revolution_brake_torque", "brake torque [N m]"),
+    "air": ("revolution_engine_air", "engine air [g a turn]"),
     "timing": ("valve_open_deg", "angle after TDC [deg]"),
 }
 """What a run draws, over time."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TransientRun(Result):
+class TransientRun(RunResult):
     """Engine over time; numbers as ``apesim engine transient --json`` has them.
 
     Attributes
     ----------
-    march : DrivetrainRun
-        March of the drivetrain, for those who look deeper.
+    march : DrivetrainRun or None
+        March of the drivetrain, for those who look deeper; None where it is read from an archive.
+    was_finished : bool
+        The archive was there and whole already, and nothing was computed.
     """
 
     title: ClassVar[str] = "engine over time"
@@ -113,7 +120,24 @@ class TransientRun(Result):
         "specific_work_J_per_g",
     )
 
-    march: DrivetrainRun = field(kw_only=True)
+    march: DrivetrainRun | None = field(default=None, kw_only=True)
+    was_finished: bool = field(default=False, kw_only=True)
+
+    @classmethod
+    def _faults_of(cls, archive: Archive) -> Iterable[str]:
+        """Write a line where the march ended early."""
+        status = Status(int(archive.variables["status"].values[0]))
+        if status not in ENDED_WELL:
+            end = archive.variables["duration_s"].values[0]
+            yield f"the march ended early, at {end:g} s: {status.remedy}"
+
+    @classmethod
+    def _warnings_of(cls, archive: Archive) -> Iterable[str]:
+        """Write a line where strokes were cut short."""
+        cut_short = archive.variables["strokes_cut_short"].values[0]
+        if cut_short:
+            share = f"{cut_short} of {archive.variables['full_lift'].values.size} strokes"
+            yield f"the valve does not reach full lift in {share}: a longer pulse would, see min_pulse"
 
     def to_dict(self) -> dict[str, Any]:
         """Convert to a dictionary with the keys of ``apesim engine transient --json``.
@@ -131,30 +155,15 @@ class TransientRun(Result):
         >>> len(data["revolutions"]), sorted(data["closure"])
         (6, ['energy', 'mass', 'shaft'])
         """
-        columns, own = revolution_columns(self.march), own_columns(self.march)
-        revolutions = []
-        for k in range(len(self.march.revolutions["start"])):
-            row: dict[str, Any] = {name: float(values[k]) for name, values in columns.items()}
-            count = self.march.cylinders["open"].shape[1]
-            row["receiver_dip_Pa"] = self._dip(k)
-            row["cylinders"] = [{name: float(values[k, i]) for name, values in own.items()} for i in range(count)]
-            revolutions.append(row)
-        events = [
-            {"kind": event.kind.value, "time_s": event.time, "angle_deg": event.angle / DEGREE}
-            for event in self.march.events
-        ]
         names = ("mass", "energy", "shaft")
         data = {key: self[key] for key in NUMBERS if not key.endswith("_closure") and key != "revolutions"}
         return data | {
-            "revolutions": revolutions,
-            "events": events,
+            "revolutions": revolutions_of(self),
+            "events": events_of(self),
             "closure": {name: self[f"{name}_closure"] for name in names},
-            "warnings": list(self.warnings),
+            "warnings": [*self.failed, *self.warnings],
+            "was_finished": self.was_finished,
         }
-
-    def _dip(self, k: int) -> float:
-        """Supply pressure less the lowest one in the receiver in a revolution [Pa]."""
-        return float(self.traces["receiver_dip"].values[k])
 
     def plot(self, ax: "Axes | None" = None, what: str = "speed") -> "Axes":
         """Draw a quantity of each revolution over time.
@@ -184,23 +193,23 @@ class TransientRun(Result):
         'brake torque [N m]'
         """
         from apesim.studies.drawing.axes import axes_for, check_plotted
+        from apesim.studies.drawing.style import Look, looks_of
 
         check_plotted(what, PLOTS)
         ax = axes_for(ax)
         name, label = PLOTS[what]
-        r = self.march.revolutions
-        middle = r["start"] + 0.5 * np.abs(r["duration"])
+        t = {key: trace.values for key, trace in self.traces.items()}
+        middle = t[f"{PREFIX}start"] + 0.5 * np.abs(60.0 / t[f"{PREFIX}mean_speed_rpm"])
         if what == "timing":
-            own = own_columns(self.march)
-            for i in range(own["valve_open_deg"].shape[1]):
-                told = f" of cylinder {i + 1}" * (own["valve_open_deg"].shape[1] > 1)
-                ax.plot(middle, own["valve_open_deg"][:, i], "o", ms=3, label=f"opens{told}")
-                ax.plot(middle, own["valve_close_deg"][:, i], "s", ms=3, label=f"closes{told}")
-            ax.legend()
+            count = len(t["cylinder"])
+            for i, look in enumerate(looks_of(count)):
+                told = f", cylinder {i + 1}" * (count > 1)
+                filled: Look = {"ls": "", "ms": 4} | look
+                ax.plot(middle, t["valve_open_deg"][:, i], label=f"opens{told}", **filled)
+                ax.plot(middle, t["valve_close_deg"][:, i], mfc="white", label=f"closes{told}", **filled)
+            ax.legend(ncols=min(count, 3))
         else:
-            factor = 1e3 if what == "air" else 1.0
-            key = next(key for key, (unit, _) in REVOLUTION.items() if name_of(key, unit).startswith(name))
-            ax.plot(middle, revolution_columns(self.march)[key] * factor, "o-", ms=3)
+            ax.plot(middle, t[name] * (1e3 if what == "air" else 1.0), "o-", ms=3)
         ax.set(xlabel="time [s]", ylabel=label, title=self._told_conditions())
         return ax
 
@@ -217,7 +226,11 @@ def run_transient(
     timing: str | PathLike[str] = "fixed",
     min_pulse: WithUnit | float | None = None,
     sample: WithUnit | float | None = None,
-    progress: Callable[..., object] | None = None,
+    progress: Progress = False,
+    out: str | PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    call: str | None = None,
 ) -> TransientRun:
     """March an engine over time: its shaft free, from rest or from a speed, or its speed imposed.
 
@@ -244,8 +257,16 @@ def run_transient(
         Shortest pulse that is commanded, "7.8 ms": the release is put off where the timing has a shorter one.
     sample : str or float, optional
         Time between two rows of the traces; a 5000th of the duration if left out.
-    progress : function, optional
-        Is told the time that is marched and the time to march [s], from time to time.
+    progress : bool or function
+        True: a bar on standard error; a function is called with the time that is marched and that to march [s].
+    out : path, optional
+        The archive to write; of a march that takes long, what is done survives a kill.
+    resume : bool
+        Go on with a march that was interrupted; one that is finished is read, and nothing is computed.
+    overwrite : bool
+        Replace an archive that is there.
+    call : str, optional
+        What the archive notes as its call; made from the arguments if left out.
 
     Returns
     -------
@@ -257,7 +278,9 @@ def run_transient(
     InputError
         The machine or an argument is out of range, or two arguments do not go together.
     NotConverged
-        The march ended early; its ``result`` holds what was found.
+        The march ended early; its ``result`` holds what was found, and the archive, too.
+    ArchiveError
+        The target exists, or another process writes it, or it cannot be written.
 
     Examples
     --------
@@ -266,6 +289,7 @@ def run_transient(
     >>> round(run["turns"], 3)
     6.25
     """
+    call = call_text(run_transient, locals()) if call is None else call
     arguments, machine = arguments_of("run_transient", machine)
     at = arguments.quantity("angle", angle, START_ANGLE)
     omega = arguments.quantity("from_speed", from_speed, SPEED)
@@ -288,55 +312,120 @@ def run_transient(
         end = float(speeds[-1, 0])
     if not end and not arguments.faults:
         arguments.fault("duration", "is missing", 'give a time above 0, e.g. "3 s"')
+    if out is None and resume:
+        arguments.fault("out", "is left out, so that nothing is kept", "give the path of an archive")
+    if not arguments.faults:
+        _refuse_too_many(arguments, machine, end / (step or end / ROWS))
     arguments.refuse()
 
-    # From rest at an angle; from the periodic state at a speed, after turns at that; or with the imposed speed.
-    compile_drivetrain(machine)
-    begin = time.perf_counter()
+    # What makes a run this one and no other, so that one that was interrupted goes on.
     course = Course(speeds, loads, supplies, schedules)
-    start = prepare(machine, 0.0 if at is None else at, course, NO_GOAL)
-    if omega is not None:
-        settling = SETTLING * TURN / omega
-        steady = Course(np.array([[0.0, omega], [2.0 * settling, omega]]), schedules=schedules)
-        settled = call_in_thread(run_drivetrain, prepare(machine, 0.0, steady, NO_GOAL), settling).result()
-        start = released(start, settled.y, settled.mode, settling)
+    conditions = {"shaft": "imposed speed" if len(speeds) else "free", "timing": Path(timing).name}
+    conditions |= {"cylinders": f"{machine.engine.cylinders:g}"} | supply_conditions(machine)
+    provenance = {"kind": KIND, "command": call, "kernels": sources_hash(), CONDITIONS: json.dumps(conditions)}
     times = np.arange(0.0, end * (1.0 + 1e-12), step or end / ROWS)
-    told = (lambda now: progress(now, end)) if progress else None
-    march = call_in_thread(run_drivetrain, start, end, times, report=told).result()
-    wall_time = time.perf_counter() - begin
+    with ExitStack() as stack:
+        checkpoints, target = None, None if out is None else Path(out)
+        if target:
+            asked = {"kind": KIND, "kernels": sources_hash(), "end": end, "step": step, "angle": at, "from": omega}
+            asked |= {name: [rows.tolist() for rows in imposed] for name, imposed in course._asdict().items()}
+            text = text_writer(machine)()
+            provenance["plan_hash"] = plan_hash(text, asked)
+            find_target(target)
+            stack.enter_context(lock(target))
+            own = {"plan_hash": provenance["plan_hash"]}
+            begin = time.perf_counter()
+            there = read_own_archive(target, own, overwrite=overwrite) if resume else None
+            if there:
+                notes = remove_what_is_done(target)
+                return _ended(TransientRun.of(there, time.perf_counter() - begin, was_finished=True), notes)
+            make_room(target, resume=resume, overwrite=overwrite, unfinished="a checkpoint of an unfinished run")
+            checkpoints = Checkpoints(target, text, provenance)
 
-    closure = closure_of_run(start, march.y)
-    columns, full = revolution_columns(march), march.cylinders["full_lift"]
-    receivers = march.cylinders["min_receiver"][:, draws_from_supply(start.p)]
-    dip = machine.supply.pressure - receivers.min(axis=1, initial=np.inf)
+        compile_drivetrain(machine)
+        report = stack.enter_context(show_progress(progress, "transient"))
+        begin = time.perf_counter()
+        start = _start_of(machine, at or 0.0, omega, course)
+        march = _march(start, end, times, checkpoints, report)
+        wall_time = time.perf_counter() - begin
+
+        archive = _archive_of(machine, start, march, provenance)
+        notes = checkpoints.notes if checkpoints else []
+        if target:
+            keep(archive, lambda whole: write(whole, target))
+            notes += remove_what_is_done(target)
+    return _ended(TransientRun.of(archive, wall_time, march=march), notes)
+
+
+def _refuse_too_many(arguments: Arguments, machine: Machine, rows: float) -> None:
+    """Note a fault where the traces would not be read from an archive, or are more than memory can hold."""
+    columns = len(SHAFT_TRACE) + len(TRACE) * machine.engine.cylinders
+    size, limit = 8.0 * rows * columns, min(SIZE_LIMIT, available_memory() / 4.0)
+    if size > limit:
+        wrong = f"makes traces of {size / 1e9:.3g} GB, of at most {limit / 1e9:.2g} GB"
+        arguments.fault("sample", wrong, "give a longer time, or leave it out")
+
+
+def _start_of(machine: Machine, angle: float, speed: float | None, course: Course) -> Prepared:
+    """Prepare a drivetrain at rest at an angle [rad]; with a speed [rad/s] in its periodic state, after turns at that.
+
+    What settles it is computed again by a run that is resumed: it gives the same bits.
+    """
+    start = prepare(machine, angle, course, NO_GOAL)
+    if speed is None:
+        return start
+    settling = SETTLING * TURN / speed
+    steady = Course(np.array([[0.0, speed], [2.0 * settling, speed]]), schedules=course.schedules)
+    settled = call_in_thread(run_drivetrain, prepare(machine, 0.0, steady, NO_GOAL), settling).result()
+    return released(start, settled.y, settled.mode, settling)
+
+
+def _march(
+    start: Prepared,
+    end: float,
+    times: np.ndarray,
+    checkpoints: Checkpoints | None,
+    report: Callable[[Any, Any], object],
+) -> DrivetrainRun:
+    """March a drivetrain to the end [s], from a checkpoint where there is one; each piece in a thread of its own."""
+    marched = checkpoints.resume(start, times) if checkpoints else begin_march(start, times)
+    pieces = march_pieces(start, marched, end)
+    while piece := call_in_thread(next, pieces, None).result():
+        marched = piece
+        report(marched.time, end)
+        if checkpoints:
+            checkpoints.offer(marched)
+    return run_of(marched)
+
+
+def _archive_of(machine: Machine, start: Prepared, march: DrivetrainRun, provenance: dict[str, str]) -> Archive:
+    """Lay out a march from its start as an archive."""
+    closure, revolutions = closure_of_run(start, march.y), march.revolutions["start"]
+    variables = revolution_variables(march, machine.supply.pressure)
+    lowest, highest = (variables[f"{PREFIX}{end}_speed_rpm"].values for end in ("lowest", "highest"))
+    cut_short = march.cylinders["full_lift"] == 0.0
     values = _totals(start, march) | {
-        "strokes_cut_short": int((full == 0.0).sum()),
+        "lowest_speed_rpm": float(lowest.min()) if lowest.size else np.nan,
+        "highest_speed_rpm": float(highest.max()) if highest.size else np.nan,
+        "revolutions": len(revolutions),
+        "strokes_cut_short": int(cut_short.sum()) if machine.engine.intake == EPV else 0,
         "mass_closure": closure.mass,
         "energy_closure": closure.energy,
         "shaft_closure": closure.shaft,
-        "wall_time_s": wall_time,
+        "steps": march.steps,
     }
-    speeds_met = columns["lowest_speed_rpm"], columns["highest_speed_rpm"]
-    values |= {"lowest_speed_rpm": float(speeds_met[0].min(initial=np.inf))}
-    values |= {"highest_speed_rpm": float(speeds_met[1].max(initial=-np.inf)), "revolutions": len(dip)}
-    warnings = []
-    if march.status not in (Status.DONE, Status.STOPPED):
-        warnings.append(f"the march ended early, at {march.duration:g} s: {march.status.remedy}")
-    if machine.engine.intake == EPV and values["strokes_cut_short"]:
-        share = f"{values['strokes_cut_short']} of {full.size} strokes"
-        warnings.append(f"the valve does not reach full lift in {share}: a longer pulse would, see min_pulse")
-    traces = traces_over_time(march) | _traces_of_revolutions(columns, own_columns(march), dip)
-    conditions = {"shaft": "imposed speed" if len(speeds) else "free", "timing": str(timing)}
-    run = TransientRun(
-        scalars_of(values, NUMBERS),
-        traces,
-        conditions | {"cylinders": f"{machine.engine.cylinders:g}"} | supply_conditions(machine),
-        warnings,
-        machine=text_writer(machine),
-        march=march,
-    )
-    if march.status not in (Status.DONE, Status.STOPPED):
-        raise NotConverged("the transient", "the march ended early", march.status.remedy, run)
+    status = {"status": column([int(march.status)], "1", "how the march ended", STATUS_MEANINGS)}
+    own = {"run": run_axis(1)} | columns_of_run(values, NUMBERS) | status
+    return Archive(text_writer(machine), provenance, own | trace_variables(march) | variables | event_variables(march))
+
+
+def _ended(run: TransientRun, notes: list[str]) -> TransientRun:
+    """Give a run notes as warnings; raises NotConverged where its march ended early."""
+    if notes:
+        run = replace(run, warnings=(*run.warnings, *notes))
+    if run.failed:
+        status = Status(int(run.archive.variables["status"].values[0]))
+        raise NotConverged("the transient", "the march ended early", status.remedy, run)
     return run
 
 
@@ -359,77 +448,3 @@ def _totals(start: Prepared, march: DrivetrainRun) -> dict[str, Any]:
         "control_air_kg": control,
         "specific_work_J_per_g": 1e-3 * (gas - friction) / air if air else np.nan,
     }
-
-
-def revolution_columns(march: DrivetrainRun) -> dict[str, np.ndarray]:
-    """Compute `REVOLUTION` of each revolution (r,), in the units there, without the receiver's dip."""
-    r = march.revolutions
-    angle = np.sign(r["duration"]) * TURN
-    return {
-        "start_s": r["start"],
-        "mean_speed_rpm": 60.0 / r["duration"],
-        "lowest_speed_rpm": r["min_speed"] / RPM,
-        "highest_speed_rpm": r["max_speed"] / RPM,
-        "gas_torque_Nm": r["gas_work"] / angle,
-        "brake_torque_Nm": (r["gas_work"] - r["friction_work"]) / angle,
-        "load_torque_Nm": r["load_work"] / angle,
-        "lowest_torque_Nm": r["min_torque"],
-        "highest_torque_Nm": r["max_torque"],
-        "engine_air_kg": r["engine_air"],
-        "control_air_kg": r["control_air"],
-    }
-
-
-def own_columns(march: DrivetrainRun) -> dict[str, np.ndarray]:
-    """Compute `OWN` of each cylinder in each revolution (r, n), in the units there."""
-    c = march.cylinders
-    return {"valve_open_deg": c["open"] / DEGREE, "valve_close_deg": c["close"] / DEGREE, "full_lift": c["full_lift"]}
-
-
-def _traces_of_revolutions(
-    columns: dict[str, np.ndarray], own: dict[str, np.ndarray], dip: np.ndarray
-) -> dict[str, Trace]:
-    """Quantities of the revolutions as traces, by their names in Python; no trace over time has the name of one."""
-    traces = {"revolution": Trace(("revolution",), np.arange(len(dip)), "", "whole revolution")}
-    for key, (unit, text) in REVOLUTION.items():
-        values = dip if key == "receiver_dip_Pa" else columns[key]
-        name = name_of(key, unit)
-        prefix = "revolution_" if key == "start_s" else "mean_" if text.startswith("mean torque") else ""
-        traces[prefix + name] = Trace(("revolution",), values, unit, text)
-    for key, (unit, text) in OWN.items():
-        traces[name_of(key, unit)] = Trace(("revolution", "cylinder"), own[key], unit, text)
-    count = own["full_lift"].shape[1]
-    return traces | {"cylinder": Trace(("cylinder",), np.arange(1, count + 1), "", "cylinder")}
-
-
-def traces_over_time(march: DrivetrainRun) -> dict[str, Trace]:
-    """Traces of a march over time, those of the cylinders with a second axis, by their names in Python."""
-    dims, shaft = ("time",), len(SHAFT_TRACE)
-    traces = {"time": Trace(dims, march.times, "s", "time")}
-    names = {"angle": "angle of the shaft", "speed": "speed of the shaft", "gas_torque": "torque of the gas"}
-    names |= {"friction_torque": "torque of friction", "load_torque": "torque of the load"}
-    for column, header in enumerate(SHAFT_TRACE):
-        name, unit = split_header(header)
-        unit = "r/min" if unit == "rpm" else unit or ""
-        key = f"{name}_deg" if unit == "deg" else f"{name}_rpm" if unit == "r/min" else name
-        traces[key] = Trace(dims, march.trace[:, column], unit, names[name])
-    count = (march.trace.shape[1] - shaft) // len(TRACE)
-    own = march.trace[:, shaft:].reshape(-1, count, len(TRACE))
-    traces["cylinder"] = Trace(("cylinder",), np.arange(1, count + 1), "", "cylinder")
-    for column, header in enumerate(TRACE):
-        name, unit = split_header(header)
-        traces[name_of(name, unit or "1")] = Trace(
-            ("time", "cylinder"), own[:, :, column], unit or "1", TRACE_NAMES[name]
-        )
-    return traces
-
-
-def trace_table(march: DrivetrainRun) -> tuple[list[str], np.ndarray]:
-    """Header with units and rows of the traces over time, the columns of each cylinder with its number."""
-    count = (march.trace.shape[1] - len(SHAFT_TRACE)) // len(TRACE)
-    header = ["time [s]", *SHAFT_TRACE]
-    for i in range(count):
-        for column in TRACE:
-            name, unit = split_header(column)
-            header.append(column if count == 1 else f"{name}_{i + 1} [{unit}]")
-    return header, np.column_stack((march.times, march.trace))

@@ -1,10 +1,11 @@
 """Command `apesim engine transient`."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from apesim.studies.commands.options import Common, FigureFolder, Traces, as_options
+from apesim.studies.commands.options import Common, FigureFolder, Overwrite, Traces, as_options
 from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 SHOWN = (
@@ -45,15 +46,24 @@ def run_transient(
     ] = "fixed",
     min_pulse: Annotated[str | None, typer.Option(metavar="TIME", help="Shortest pulse that is commanded.")] = None,
     sample: Annotated[str | None, typer.Option(metavar="TIME", help="Time between two rows of the traces.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="F.h5", help="Archive to write; what is done of a long march survives a kill."),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with a march that was interrupted.")] = False,
+    overwrite: Overwrite = False,
     csv: Traces = None,
     figures: FigureFolder = None,
 ) -> int:
     """The engine over time: a free shaft from rest or from a speed, or an imposed speed."""
-    from apesim.archive import find_target
+    import sys
+
+    from apesim.archive import command_line, find_target
     from apesim.results import NotConverged
-    from apesim.studies.execution.output import write_traces
+    from apesim.studies.execution.output import digest_line, write_traces, written_json
     from apesim.studies.terminal.tables import number, table_of
     from apesim.studies.transient import transient
+    from apesim.studies.transient.march_archive import trace_table
 
     console, machine = common.console, common.load_machine()
     if csv:
@@ -72,18 +82,27 @@ def run_transient(
                 min_pulse=min_pulse,
                 sample=sample,
                 progress=report,
+                out=out,
+                resume=resume,
+                overwrite=overwrite,
+                call=command_line(["apesim", *sys.argv[1:]]),
             )
     except NotConverged as error:
         run = error.result
+    except KeyboardInterrupt:
+        if out:
+            console.message("interrupted; a checkpoint is kept where there is one: same command and --resume")
+        raise
     if csv:
-        write_traces(csv, *transient.trace_table(run.march))
+        write_traces(csv, *trace_table(run))
+    drawn = []
     if figures:
         from apesim.studies.transient.figures import draw_transient
 
-        draw_transient(run, figures)
+        drawn = draw_transient(run, figures)
 
     # Totals, then revolutions; with several cylinders the angles are those of the first.
-    data = run.to_dict()
+    data, seconds = run.to_dict(), run["wall_time"]
     rows = [(name, number(run[key] * factor), unit) for name, key, factor, unit in SHOWN]
     lines = data["revolutions"][:: max(1, -(-len(data["revolutions"]) // MOST_ROWS))]
     turns = [
@@ -99,12 +118,18 @@ def run_transient(
         for row in lines
     ]
     closes = ", ".join(f"{name} {value:.1e}" for name, value in data["closure"].items())
+    took = "finished already" if run.was_finished else f"{1e3 * seconds:.0f} ms"
+    texts = [f"closure: {closes}; {run['steps']} steps, {took}"]
+    written = {"wall_time_s": seconds}
+    if out:
+        written = written_json(out, drawn, seconds)
+        texts.append(f"{out}\n{digest_line(written['content_sha256'])}")
     console.result(
-        data,
+        data | written,
         table_of("over the whole time", ("", "value", "unit"), rows),
         table_of(f"{len(lines)} of {len(data['revolutions'])} revolutions", HEADER, turns),
-        f"closure: {closes}; {run.march.steps} steps, {run['wall_time'] * 1e3:.0f} ms",
+        *texts,
     )
-    for warning in run.warnings:
+    for warning in (*run.failed, *run.warnings):
         console.message(f"warning: {warning}")
-    return DONE if run.march.status in (0, 4) else INCOMPLETE
+    return INCOMPLETE if run.failed else DONE

@@ -37,6 +37,9 @@ STUDIES = {
     ),
     "OptimalCommands": partial(apesim.optimise_commands, speed="900 rpm", goal="both"),
     "ValveAssessment": partial(apesim.assess_valve, speed="900 rpm"),
+    "StartRun": partial(apesim.start_engine, angle="30 deg"),
+    "StartMap": partial(apesim.start_engine, angle="all", vary={"engine.cylinders": "1, 2"}),
+    "TransientRun": partial(apesim.run_transient, duration="0.3 s", angle="30 deg"),
     "SoftLanding": partial(apesim.find_soft_landing, pressure="1 MPa gauge", solenoids="b"),
 }
 OTHERS = {

@@ -77,7 +77,7 @@ def test_the_command_prints_what_the_function_returns(apesim, started):
 
 
 def test_what_the_command_writes_can_be_looked_at(apesim, tmp_path):
-    code, _, _ = apesim("engine", "start", "--csv", tmp_path / "start.csv", "--figures", tmp_path / "figures")
+    code, _, _ = apesim("engine", "start", "--csv", str(tmp_path / "start.csv"), "--figures", str(tmp_path / "figures"))
     header = (tmp_path / "start.csv").read_text().splitlines()[0].split(",")
     assert code == 0 and header[:3] == ["time [s]", "angle [deg]", "speed [rpm]"]
     assert (tmp_path / "figures" / "start.png").stat().st_size > 5000

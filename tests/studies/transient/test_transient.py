@@ -184,7 +184,7 @@ def test_every_plot_has_axes_with_units(ramp):
 
 
 def test_the_command_prints_what_the_function_returns(apesim, ramp, tmp_path):
-    code, out, _ = apesim("engine", "transient", "--speed", RAMP, "--json", "--csv", tmp_path / "ramp.csv")
+    code, out, _ = apesim("engine", "transient", "--speed", RAMP, "--json", "--csv", str(tmp_path / "ramp.csv"))
     data = json.loads(out)
     assert code == 0
     assert {**data, "wall_time_s": 0.0} == json.loads(
