@@ -14,7 +14,7 @@ from apesim.engine.friction import friction_mean_effective_pressure
 from apesim.engine.kinematics import crank_of, cylinder_volume, swept_volume
 from apesim.studies.drawing.files import write_figures
 from apesim.studies.drawing.style import MARKERS, STYLES, colours_of
-from apesim.studies.transient.start import draw_circle
+from apesim.studies.transient.circle import draw_circle, size_for
 from docs.results import Number, Table
 from docs.results._figures import keep
 
@@ -286,11 +286,11 @@ def _claims(values, cranked):
 
 
 def _draw_circle(usual):
-    figure = Figure(figsize=(6.5, 4.8), layout="constrained")
-    ax = figure.add_subplot(projection="polar")
     names = [
         f"{count} cylinder{'s' * (count > 1)}: {start['starting_share'] * 1e2:.3g} %" for count, start in usual.items()
     ]
+    figure = Figure(figsize=size_for(names), layout="constrained")
+    ax = figure.add_subplot(projection="polar")
     draw_circle(ax, [start.intervals_deg for start in usual.values()], names)
     return figure
 

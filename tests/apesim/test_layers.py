@@ -55,7 +55,7 @@ def test_importing_the_face_loads_no_upper_layer():
 def test_every_name_of_the_face_is_fetched():
     assert run_python("import apesim\nfor name in apesim.__all__: assert callable(getattr(apesim, name))\nprint('all')")
     failed = "import apesim\ntry: apesim.nothing\nexcept AttributeError as error: print(error)"
-    assert run_python(failed).strip() == "No apesim attribute nothing"
+    assert run_python(failed).strip() == "apesim has no nothing"
 
 
 def test_physics_loads_neither_files_nor_figures_nor_processes():
