@@ -107,10 +107,10 @@ def _run(machine, turns=TURNS, sample=None):
 
 def _read(run):
     """Work per gram of all air in the last whole revolution [J/g]."""
-    work = 2.0 * pi * run.traces["mean_brake_torque"].values
-    air = 1e3 * (run.traces["engine_air"].values + run.traces["control_air"].values)
+    work = 2.0 * pi * run.traces["revolution_brake_torque"].values
+    air = 1e3 * sum(run.traces[f"revolution_{name}"].values for name in ("engine_air", "control_air"))
     if len(work) > TURNS_SOUGHT:
-        changes = [abs(each[-1] / each[-2] - 1.0) for each in (run.traces["mean_gas_torque"].values, air)]
+        changes = [abs(each[-1] / each[-2] - 1.0) for each in (run.traces["revolution_gas_torque"].values, air)]
         REPEATS["valves" if run["control_air"] else "cams"].append(max(changes))
     return work[-1] / air[-1]
 
@@ -225,7 +225,9 @@ def _valve_table(cut_offs):
             else:
                 _, run, commands = _with_valves(cams)
                 works = WORK(_read(_run(cams)))
-            engine, control = (1e3 * run.traces[key].values[-1] for key in ("engine_air", "control_air"))
+            engine, control = (
+                1e3 * run.traces[f"revolution_{key}"].values[-1] for key in ("engine_air", "control_air")
+            )
             texts = ["–", "–"]
             if commands is not None:
                 texts = [f"{energise:.1f}, {release:.1f}".replace("-", "−") for energise, release in commands] + ["–"]

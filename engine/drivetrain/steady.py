@@ -29,6 +29,7 @@ from apesim.engine.drivetrain.state import (
     GAS_WORK,
     MARGIN,
     OWN_MODES,
+    PEAK,
     SHAFT_STATES,
     SPEED,
     TURNS,
@@ -37,6 +38,7 @@ from apesim.engine.drivetrain.state import (
     cylinder_of,
     ledger_at,
     ledger_place,
+    own_extremes,
     own_modes,
     shaft_extremes,
     shaft_ledger,
@@ -82,7 +84,8 @@ class Revolutions(Drive):
     """Drivetrain whose cycle is a forward revolution of its shaft, from angle 0 on.
 
     What a revolution adds to the speed counts `leap` times: a heavy shaft comes to its periodic state, which stays the
-    same, as soon as a light one.
+    same, as soon as a light one. The pressures that friction follows are no states of the search: each revolution goes
+    on from those of the one before.
     """
 
     def __init__(self, prepared: Prepared, longest: float, accuracy: Accuracy, leap: float = 1.0) -> None:
@@ -90,6 +93,8 @@ class Revolutions(Drive):
         self.leap = leap
         self.phases: Sequence[int] = range(0, OWN_MODES * len(prepared.p.numbers), OWN_MODES)
         self.log = np.empty((ROOM, LOG_HEAD + len(prepared.y)))
+        self.peak_places = [own_extremes(prepared.p, i) + PEAK for i in range(len(prepared.p.numbers))]
+        self.peaks: np.ndarray | None = None
         self.duration = nan
         self.last = NOT_MARCHED
 
@@ -105,6 +110,8 @@ class Revolutions(Drive):
         place, turns = shaft_states(self.p) + ANGLE, shaft_modes(self.p) + TURNS
         speed = shaft_states(self.p) + SPEED
         log = record.log if len(record.log) else self.log
+        if self.peaks is not None:
+            y[self.peak_places] = self.peaks
         for _ in range(count):
             self.clear_ledger(y)
             y[place], mode[turns], before = MARGIN, 0.0, y[speed]
@@ -122,6 +129,7 @@ class Revolutions(Drive):
                 return y, mode, Status.STOPPED
             y[place], y[speed] = MARGIN, before + self.leap * (y[speed] - before)
             shift_times(self.p, mode, self.duration)
+            self.peaks = y[self.peak_places]
         return y, mode, Status.DONE
 
 

@@ -5,6 +5,8 @@ import pytest
 from scipy.optimize import brentq
 
 from apesim.engine.angles import TURN
+from apesim.engine.drivetrain.preparing import Course, prepare
+from apesim.engine.drivetrain.run import run_drivetrain
 from apesim.engine.drivetrain.state import FRICTION_WORK, LOAD_WORK, shaft_ledger
 from apesim.engine.drivetrain.steady import cylinder_runs, gas_work, run_revolution
 from apesim.engine.indicators import INDICATORS, indicators
@@ -84,6 +86,17 @@ def test_rows_of_a_free_shaft_are_at_even_angles():
     r = run_revolution(machine, 1000.0 * RPM, is_free=True)
     assert np.allclose(r.trace[:, 0] % 360.0, np.degrees(r.angles) % 360.0, atol=1e-5)
     assert np.ptp(r.trace[:, 1]) > 300.0
+
+
+def test_friction_follows_the_pressures_of_the_revolution_before_as_in_a_long_march():
+    two = {"engine.intake": "cam", "supply.pressure": "3 MPa gauge", "stage_2.bore": "120 mm"}
+    machine = Machine().with_(**two, stage_2_groove_effective_area="300 mm^2")
+    r = run_revolution(machine, 600.0 * RPM)
+    speeds = np.array([[0.0, 600.0 * RPM], [20.0, 600.0 * RPM]])
+    long = run_drivetrain(prepare(machine, 0.0, Course(speeds)), 20.0).revolutions
+    ledger = r.end[shaft_ledger(r.prepared.p) :]
+    assert ledger[FRICTION_WORK] == pytest.approx(long["friction_work"][-1], rel=1e-7)
+    assert gas_work(r.prepared.p, r.end) == pytest.approx(long["gas_work"][-1], rel=1e-7)
 
 
 def test_a_shaft_that_its_load_stops_has_no_periodic_state():
