@@ -170,6 +170,17 @@ class Revolution(NamedTuple):
     """Steps of the revolution."""
 
 
+def settle_at(
+    machine: Machine, speed: float, schedules: Sequence[np.ndarray] = (), tolerance: float = TRANSIENT_TOLERANCE
+) -> tuple[Prepared, Revolutions, Orbit]:
+    """March a drivetrain at a constant speed [rad/s], with its schedules if any, to its periodic state at angle 0."""
+    longest = SLACK * TURN / speed
+    course = Course(np.array([[0.0, speed], [longest, speed]]), schedules=schedules)
+    prepared = prepare(machine, 0.0, course, REVOLUTION_GOAL)
+    drive = Revolutions(prepared, longest, accuracy_of(prepared.p, tolerance))
+    return prepared, drive, orbit_of(drive, prepared.y, prepared.mode)
+
+
 def run_revolution(
     machine: Machine,
     speed: float,
@@ -183,15 +194,12 @@ def run_revolution(
     A free shaft is let go from there, and its own periodic state found. The rows of the trace are `angle_step` [rad] of
     the shaft apart over a turn from `trace_start` [rad] on, by default from the energising.
     """
-    longest = SLACK * TURN / speed
-    imposed = prepare(machine, 0.0, Course(np.array([[0.0, speed], [longest, speed]])), REVOLUTION_GOAL)
-    accuracy = accuracy_of(imposed.p, tolerance)
-    prepared, drive = imposed, Revolutions(imposed, longest, accuracy)
-    orbit = orbit_of(drive, imposed.y, imposed.mode)
+    prepared, drive, orbit = settle_at(machine, speed, tolerance=tolerance)
+    accuracy = drive.accuracy
     if is_free and orbit.status == Status.DONE:
         free = prepare(machine, 0.0, goal=REVOLUTION_GOAL)
+        work = abs(gas_work(prepared.p, drive.march(orbit.y, orbit.mode)[0]))
         prepared = released(free, orbit.y, orbit.mode, 0.0)
-        work = abs(gas_work(imposed.p, drive.march(orbit.y, orbit.mode)[0]))
         leap = max(1.0, SHARE_OF_ENERGY * machine.shaft.inertia * speed**2 / work) if work > 0.0 else 1.0
         drive = Revolutions(prepared, LONGEST_REVOLUTION, accuracy, leap)
         orbit = orbit_of(drive, prepared.y, prepared.mode)

@@ -17,14 +17,14 @@ from apesim.archive.lock import lock
 from apesim.archive.memory import available_memory
 from apesim.archive.shards import plan_hash
 from apesim.archive.untrusted import SIZE_LIMIT
-from apesim.engine.angles import TURN
 from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.drivetrain.closure import closure_of_run
 from apesim.engine.drivetrain.preparing import NO_GOAL, Course, Prepared, prepare, released
 from apesim.engine.drivetrain.rates import SHAFT_TRACE
-from apesim.engine.drivetrain.run import DrivetrainRun, begin_march, drawn_air_of, march_pieces, run_drivetrain, run_of
+from apesim.engine.drivetrain.run import DrivetrainRun, begin_march, drawn_air_of, march_pieces, run_of
 from apesim.engine.drivetrain.state import FRICTION_WORK, GAS_WORK, LOAD_WORK, shaft_extremes, shaft_ledger
+from apesim.engine.drivetrain.steady import settle_at
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
@@ -68,8 +68,6 @@ ENDED_WELL = Status.DONE, Status.STOPPED
 """How a march ends that has done what was asked."""
 ROWS = 5000
 """Rows of a trace where no time between them is given; chosen."""
-SETTLING = 100
-"""Revolutions at a constant speed before a shaft is let free from there; chosen: states repeat within 1e-8 by then."""
 NUMBERS = {
     "duration_s": ("s", "time marched"),
     "turns": ("1", "turns of the shaft, from angle 0"),
@@ -374,10 +372,8 @@ def _start_of(machine: Machine, angle: float, speed: float | None, course: Cours
     start = prepare(machine, angle, course, NO_GOAL)
     if speed is None:
         return start
-    settling = SETTLING * TURN / speed
-    steady = Course(np.array([[0.0, speed], [2.0 * settling, speed]]), schedules=course.schedules)
-    settled = call_in_thread(run_drivetrain, prepare(machine, 0.0, steady, NO_GOAL), settling).result()
-    return released(start, settled.y, settled.mode, settling)
+    _, _, orbit = call_in_thread(settle_at, machine, speed, course.schedules).result()
+    return released(start, orbit.y, orbit.mode, 0.0)
 
 
 def _march(
