@@ -63,6 +63,8 @@ def values_of(start: Start) -> dict[str, Any]:
     """Numbers of a start from one angle, by their keys in JSON."""
     speeds = start.run.trace[:, SHAFT_TRACE.index("speed [rpm]")]
     first = [event.time for event in start.run.events if event.kind is EventKind.FIRST_MOTION]
+    if not first and speeds.any():  # nothing held it at the start
+        first = [0.0]
     return {
         "starts": start.starts,
         "time_s": start.time,

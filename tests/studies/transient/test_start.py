@@ -40,6 +40,12 @@ def test_a_kick_back_is_told():
     assert "after it has moved" in start.warnings[0]
 
 
+def test_a_shaft_that_nothing_holds_moves_at_once():
+    hoist = apesim.Machine().with_(load_kind="hoist", load_constant="60 N m")
+    start = apesim.start_engine(hoist, angle="30 deg", until="100 rpm")
+    assert start["first_motion"] == 0.0 and start["lowest_speed_rpm"] < 0.0
+
+
 def test_a_load_that_the_speed_cannot_be_reached_against_is_no_start_without_turns():
     start = apesim.start_engine(apesim.Machine().with_(load_constant="200 N m"), angle="30 deg")
     assert not start["starts"]
