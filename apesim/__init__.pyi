@@ -1,6 +1,9 @@
 """The public face: these names are fetched from the layers on first use, see `__init__.py`."""
 
 from .archive import ArchiveError as ArchiveError
+from .engine.drivetrain.control import EngineCommands as EngineCommands
+from .engine.drivetrain.control import SensorReadings as SensorReadings
+from .engine.drivetrain.feedback_timing import FeedbackTiming as FeedbackTiming
 from .engine.machine import Machine as Machine
 from .quantities import InputError as InputError
 from .results import NotConverged as NotConverged

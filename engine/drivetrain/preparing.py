@@ -154,7 +154,7 @@ def prepare(machine: Machine, angle: float, course: Course = NO_COURSE, goal: Go
         int(len(course.speeds) > 0),
         corners,
         reads,
-        _schedules_of(course, count),
+        stack_schedules(course.schedules, count),
         np.ascontiguousarray(course.deviations).reshape(count, -1),
         exchanger,
         goal,
@@ -218,10 +218,10 @@ def corners_of(cycles: Sequence[tuple[Cycle, CycleTables]]) -> np.ndarray:
     return np.array([np.append(row, row[-1] + 1e-6 * (1.0 + np.arange(most - len(row)))) for row in rows])
 
 
-def _schedules_of(course: Course, count: int) -> np.ndarray:
-    """Schedules of all cylinders, (n, k, 3): the shorter ones have their last row several times."""
-    most = max(map(len, course.schedules), default=0)
-    rows = [np.pad(each, ((0, most - len(each)), (0, 0)), "edge") for each in course.schedules]
+def stack_schedules(schedules: Sequence[np.ndarray], count: int) -> np.ndarray:
+    """Return the schedules of all cylinders as (n, k, 3): the shorter ones have their last row several times."""
+    most = max(map(len, schedules), default=0)
+    rows = [np.append(each, np.repeat(each[-1:], most - len(each), axis=0), axis=0) for each in schedules]
     return np.array(rows).reshape(count, most, 3)
 
 
@@ -245,14 +245,17 @@ def _tables(machine: Machine, tables: Sequence[CycleTables], course: Course) -> 
     ]
     supply = machine.supply
     supplies = [(-inf, supply.engine_air().pressure, supply.control().pressure)]
-    for time, pressure in course.supplies:
-        control = supply._replace(pressure=pressure).control()
-        supplies.append((time, pressure, control.pressure))
+    supplies += [supply_row(machine, time, pressure) for time, pressure in course.supplies]
     loads = np.vstack(([(-inf, machine.load.constant)], course.loads))
     rows = np.array([[len(array) for array in arrays] for arrays in kinds]).T
     grooves, *curves, cams = map(_stacked, kinds)
     rows = np.ascontiguousarray(rows)
     return DrivetrainTables(grooves, *curves, cams, rows, course.speeds, loads, np.array(supplies))  # type: ignore[call-arg]
+
+
+def supply_row(machine: Machine, time: float, pressure: float) -> tuple[float, float, float]:
+    """Return the pressures of the supply and of its control air [Pa abs] behind the time [s] from which they hold."""
+    return time, pressure, machine.supply._replace(pressure=pressure).control().pressure
 
 
 def _at_rest(

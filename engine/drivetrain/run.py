@@ -38,6 +38,7 @@ from apesim.engine.drivetrain.state import (
     SPEED,
     WALL_HEAT,
     Drivetrain,
+    DrivetrainTables,
     block_of,
     cylinder_of,
     ledger_at,
@@ -117,6 +118,27 @@ OWN_REVOLUTION = (
 valve's stroke that ended in it the own angles at which it opened and closed [rad], 1 where it met its open stop; NaN
 where none ended.
 """
+
+
+class RevolutionEnd(NamedTuple):
+    """End of a whole revolution in a march that stops there."""
+
+    time: float
+    """When it is [s]."""
+    turns: int
+    """Whole turns of the shaft until then."""
+    revolution: dict[str, float]
+    """`REVOLUTION` of it."""
+    cylinders: dict[str, np.ndarray]
+    """`OWN_REVOLUTION` of it, (n,) each."""
+    y: np.ndarray
+    """State vector from which the march goes on."""
+    mode: np.ndarray
+    """Modes from which it goes on."""
+
+
+Act = Callable[[Drivetrain, DrivetrainTables, RevolutionEnd], tuple[Drivetrain, DrivetrainTables]]
+"""Function that changes what is imposed on a drivetrain at the end of a revolution."""
 
 
 class DrivetrainRun(NamedTuple):
@@ -230,6 +252,12 @@ class Books:
         self.began, self.sense = (time, y.copy()), turn
         self.strokes = np.full((3, self.count), np.nan)
 
+    def last_revolution(self, y: np.ndarray, mode: np.ndarray) -> RevolutionEnd:
+        """Last whole revolution, with the state from which the march goes on."""
+        revolution = dict(zip(REVOLUTION, self.rows[-1], strict=True))
+        cylinders = dict(zip(OWN_REVOLUTION, self.own_rows[-1], strict=True))
+        return RevolutionEnd(self.began[0], self.turns, revolution, cylinders, y, mode)  # type: ignore[index]
+
 
 def air_of(p: Drivetrain, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Read the air through the grooves and the control air of all cylinders [kg], (n,) each, from a state vector."""
@@ -283,12 +311,17 @@ def begin_march(prepared: Prepared, times: np.ndarray | None = None) -> March:
 
 
 def march_pieces(
-    prepared: Prepared, begin: March, duration: float, tolerance: float = TRANSIENT_TOLERANCE
+    prepared: Prepared,
+    begin: March,
+    duration: float,
+    tolerance: float = TRANSIENT_TOLERANCE,
+    act: Act | None = None,
 ) -> Iterator[March]:
     """March a drivetrain on from where a march has come to, and yield the march after each piece.
 
     The pieces depend on nothing but the state, so that one that goes on makes those of one that was never left.
-    The arrays of what is yielded are those of `begin`: the next piece changes them.
+    The arrays of what is yielded are those of `begin`: the next piece changes them. `act` is called at the end of each
+    whole revolution, either way, of a drivetrain whose goal ends a march there; what it changes is kept nowhere else.
     """
     p, tables, _, _, breakpoints = prepared
     t, y, mode, status, steps, books, times, trace = begin
@@ -303,8 +336,13 @@ def march_pieces(
         first = np.searchsorted(times, t, side="left" if t == 0.0 else "right")
         stop = np.searchsorted(times, end, side="right")
         outcome = march(p, tables, t, y, mode, stops, accuracy, log, times[first:stop], trace[first:stop])
+        known = len(books.rows)
         books.take(log[: outcome.logged])
         t, steps, status = float(log[outcome.logged - 1, 0]), steps + outcome.steps, Status(outcome.status)
+        if act and status == Status.STOPPED and int(log[outcome.logged - 1, 1]) == OWN_EVENTS * count + REVOLVED:
+            status = Status.DONE
+            if len(books.rows) > known:
+                p, tables = act(p, tables, books.last_revolution(y, mode))
         yield March(t, y, mode, status, steps, books, times, trace)
 
 
@@ -314,13 +352,15 @@ def run_drivetrain(
     times: np.ndarray | None = None,
     tolerance: float = TRANSIENT_TOLERANCE,
     report: Callable[[float], object] | None = None,
+    act: Act | None = None,
 ) -> DrivetrainRun:
     """March a drivetrain for a time [s], or until it has reached what it waits for.
 
-    `times` (t,) [s] are those of the trace, ascending. `report` is told the time reached after each piece.
+    `times` (t,) [s] are those of the trace, ascending. `report` is told the time reached after each piece; `act`
+    as for `march_pieces`.
     """
     marched = begin_march(prepared, times)
-    for piece in march_pieces(prepared, marched, duration, tolerance):
+    for piece in march_pieces(prepared, marched, duration, tolerance, act):
         marched = piece
         if report:
             report(marched.time)

@@ -304,13 +304,15 @@ def call_text(function: Callable[..., Any], arguments: Mapping[str, Any]) -> str
     Returns
     -------
     str
-        Call, e.g. ``apesim.sweep(machine, speed='600 rpm')``.
+        Call, e.g. ``apesim.sweep(machine, speed='600 rpm')``; a function is told by its name.
 
     Examples
     --------
     >>> def run_valve(machine, pulse="50 ms", out=None): ...
     >>> call_text(run_valve, {"machine": Machine(), "pulse": "20 ms", "out": None})
     "apesim.run_valve(machine, pulse='20 ms')"
+    >>> call_text(run_valve, {"machine": Machine(), "pulse": print, "out": None})
+    'apesim.run_valve(machine, pulse=print)'
     """
     words = ["machine"]
     for name, parameter in inspect.signature(function).parameters.items():
@@ -326,5 +328,28 @@ def _argument_text(value: Any) -> str:
 
     if isinstance(value, str | PathLike):
         return repr(command_line([str(value)]))
+    if callable(value):
+        return name_of_function(value)
     text = repr(value)
     return text if len(text) <= 200 else f"{text[:199]}…"
+
+
+def name_of_function(function: Callable[..., Any]) -> str:
+    """Name of a function, or of the class of an object that is called like one.
+
+    Parameters
+    ----------
+    function : function
+        Function or object.
+
+    Returns
+    -------
+    str
+        Name without its module.
+
+    Examples
+    --------
+    >>> name_of_function(print)
+    'print'
+    """
+    return str(getattr(function, "__name__", type(function).__name__))

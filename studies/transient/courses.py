@@ -6,7 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.angles import DEGREE
+from apesim.engine.drivetrain.control import RPM
+from apesim.engine.drivetrain.feedback_timing import MAX_WINDOW_DEG
+from apesim.engine.drivetrain.preparing import machines_of
 from apesim.engine.machine import Machine
 from apesim.quantities import Arguments, Pressure, Quantity, quoted
 from apesim.quantities.files import csv_columns
@@ -17,12 +20,12 @@ MOMENT = Quantity("s", 0, 1e5, "command line", typical="1.5 s")
 IMPOSED_SPEED = Quantity("rpm", -30000, 30000, "command line", typical="1000 rpm")
 START_ANGLE = Quantity("deg", -360, 360, "command line", typical="30 deg")
 LOAD_TORQUE = Quantity("N m", -1e6, 1e6, "command line", typical="10 N m")
-RPM = TURN / 60.0
-"""Revolution per minute [rad/s]."""
 COLUMNS = {"speed": "rpm", "energise": "deg", "release": "deg"}
 """Columns of a file with command angles over speed, and their units."""
 FLOOR_UP_TO, FLOOR_STEP = 3000.0 * RPM, 10.0 * RPM
 """Speeds up to which, and at which, a shortest pulse is laid into a schedule [rad/s]; chosen, linear in between."""
+FIXED, FEEDBACK = "fixed", "feedback"
+"""Timings that are no file."""
 RIGHT_FORM = 'write instants and values, e.g. "0 s: {0}, 1.5 s: {0}"'
 
 
@@ -55,37 +58,30 @@ def read_course(
     return np.array(rows).reshape(-1, 2)
 
 
-def read_timing(
-    arguments: Arguments, machine: Machine, timing: str | PathLike[str], min_pulse: float | None = None
-) -> list[np.ndarray]:
+def read_timing(arguments: Arguments, machine: Machine, timing: str | PathLike[str]) -> list[np.ndarray]:
     """Read the command angles of each cylinder over speed, rows (k, 3) of speed [rad/s], energise and release [rad].
 
-    `timing` is "fixed", or a CSV with the columns speed, energise and release, such as ``apesim engine timing`` writes:
-    its points are interpolated at the machine's supply, and those out of reach left out. A second stage keeps its own
-    command; a cylinder that has one of its own is a fault, as such a file is of one valve. With `min_pulse` [s] no
-    pulse is shorter. None: the machine's commands hold. Faults are noted.
+    `timing` is "fixed" or "feedback": the machine's commands hold, to begin with. Or it is a CSV with the columns
+    speed, energise and release, such as ``apesim engine timing`` writes: its points are interpolated at the machine's
+    supply, and those out of reach left out. A second stage keeps its own command; a cylinder that has one of its own is
+    a fault, as such a file is of one valve. Faults are noted.
     """
-    if str(timing) == "fixed" and min_pulse is None:
-        return []
     schedules = commands_of(machine)
-    if str(timing) != "fixed":
-        refuse_own_commands(arguments, "timing", machine)
-        try:
-            rows = _schedule_of(csv_columns(Path(timing)), machine)
-        except (InvalidValue, ValueError) as wrong:
-            right = "give a CSV with the columns " + ", ".join(f"{name} [{unit}]" for name, unit in COLUMNS.items())
-            arguments.fault("timing", str(wrong), right)
-            return []
-        schedules = [rows, *schedules[1:]] if machine.stage_2.is_on else [rows] * len(schedules)
-    return schedules if min_pulse is None else [_with_floor(rows, min_pulse) for rows in schedules]
+    if str(timing) in (FIXED, FEEDBACK):
+        return schedules
+    refuse_own_commands(arguments, "timing", machine)
+    try:
+        rows = _schedule_of(csv_columns(Path(timing)), machine)
+    except (InvalidValue, ValueError) as wrong:
+        right = "give a CSV with the columns " + ", ".join(f"{name} [{unit}]" for name, unit in COLUMNS.items())
+        arguments.fault("timing", str(wrong), right)
+        return schedules
+    return [rows, *schedules[1:]] if machine.stage_2.is_on else [rows] * len(schedules)
 
 
 def commands_of(machine: Machine) -> list[np.ndarray]:
     """Return the command of each cylinder, or of each stage, as a schedule that is the same at all speeds, (1, 3)."""
-    if machine.stage_2.is_on:
-        commands = [machine.command, machine.stage_2.command]
-    else:
-        commands = [machine.machine_of_cylinder(i).command for i in range(int(machine.engine.cylinders))]
+    commands = [each.command for each in machines_of(machine)]
     return [np.array([[0.0, command.energise, command.release]]) for command in commands]
 
 
@@ -97,12 +93,13 @@ def refuse_own_commands(arguments: Arguments, name: str, machine: Machine) -> No
             arguments.fault(name, wrong, "leave it out, or the keys of command in [[cylinder]]")
 
 
-def _with_floor(rows: np.ndarray, min_pulse: float) -> np.ndarray:
-    """Put the release of a schedule (k, 3) off where a pulse is shorter than the shortest one [s]."""
+def with_floor(rows: np.ndarray, min_pulse: float) -> np.ndarray:
+    """Put the release of a schedule (k, 3) off where a pulse is shorter than the shortest one [s], within a turn."""
     fastest = max(float(rows[-1, 0]), FLOOR_UP_TO)
     speeds = np.unique(np.append(rows[:, 0], np.arange(0.0, fastest + FLOOR_STEP, FLOOR_STEP)))
     energise, release = (np.interp(speeds, rows[:, 0], rows[:, column]) for column in (1, 2))
-    return np.column_stack((speeds, energise, np.maximum(release, energise + min_pulse * speeds)))
+    floor = np.minimum(min_pulse * speeds, MAX_WINDOW_DEG * DEGREE)
+    return np.column_stack((speeds, energise, np.maximum(release, energise + floor)))
 
 
 def _schedule_of(columns: dict[tuple[str, str | None], tuple[str, ...]], machine: Machine) -> np.ndarray:

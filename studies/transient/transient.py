@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -20,9 +21,18 @@ from apesim.archive.untrusted import SIZE_LIMIT
 from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.drivetrain.closure import closure_of_run
+from apesim.engine.drivetrain.control import Control, Controller
+from apesim.engine.drivetrain.feedback_timing import FeedbackTiming
 from apesim.engine.drivetrain.preparing import NO_GOAL, Course, Prepared, prepare, released
 from apesim.engine.drivetrain.rates import SHAFT_TRACE
-from apesim.engine.drivetrain.run import DrivetrainRun, begin_march, drawn_air_of, march_pieces, run_of
+from apesim.engine.drivetrain.run import (
+    DrivetrainRun,
+    begin_march,
+    drawn_air_of,
+    march_pieces,
+    run_drivetrain,
+    run_of,
+)
 from apesim.engine.drivetrain.state import FRICTION_WORK, GAS_WORK, LOAD_WORK, shaft_extremes, shaft_ledger
 from apesim.engine.drivetrain.steady import settle_at
 from apesim.engine.machine import Machine
@@ -32,16 +42,18 @@ from apesim.quantities import Arguments
 from apesim.quantities.arguments import WithUnit
 from apesim.results import NotConverged
 from apesim.studies.archives.run_result import CONDITIONS, RunResult, columns_of_run
-from apesim.studies.execution.calls import arguments_of, call_text, public, text_writer
+from apesim.studies.execution.calls import arguments_of, call_text, name_of_function, public, text_writer
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.execution.resuming import keep, make_room, read_own_archive, remove_what_is_done
 from apesim.studies.run.compiling import compile_drivetrain
 from apesim.studies.run.engine_run import supply_conditions
 from apesim.studies.run.march_status import STATUS_MEANINGS
-from apesim.studies.run.operating_conditions import SPEED, TIME
+from apesim.studies.run.operating_conditions import SPEED, TIME, require_epv
 from apesim.studies.transient.checkpoints import Checkpoints
 from apesim.studies.transient.courses import (
+    FEEDBACK,
+    FIXED,
     IMPOSED_SPEED,
     LOAD_TORQUE,
     MOMENT,
@@ -49,6 +61,7 @@ from apesim.studies.transient.courses import (
     read_course,
     read_supply,
     read_timing,
+    with_floor,
 )
 from apesim.studies.transient.march_archive import (
     PREFIX,
@@ -224,6 +237,7 @@ def run_transient(
     timing: str | PathLike[str] = "fixed",
     min_pulse: WithUnit | float | None = None,
     sample: WithUnit | float | None = None,
+    controller: Controller | None = None,
     progress: Progress = False,
     out: str | PathLike[str] | None = None,
     resume: bool = False,
@@ -249,16 +263,21 @@ def run_transient(
     supply : str, optional
         Pressure of the supply from instants on: "2 s: 0.8 MPa gauge".
     timing : str or path
-        "fixed": the machine's command; or a CSV with speed, energise and release, such as `correct_timing` exports,
-        which each cylinder reads by the instantaneous speed as it passes its own 180 deg.
+        "fixed": the machine's command; "feedback": the controller `FeedbackTiming`, which moves the commands until each
+        valve opens and closes at its targets; or a CSV with speed, energise and release, such as `correct_timing`
+        exports, which each cylinder reads by the instantaneous speed as it passes its own 180 deg.
     min_pulse : str or float, optional
         Shortest pulse that is commanded, "7.8 ms": the release is put off where the timing has a shorter one.
     sample : str or float, optional
         Time between two rows of the traces; a 5000th of the duration if left out.
+    controller : function, optional
+        Takes the `SensorReadings` of each whole revolution at its end, and returns `EngineCommands`, or None to keep
+        what holds; None: there is none. Each cylinder takes its command angles as it passes its own 180 deg. Where
+        `timing` is a CSV, that holds until the controller commands.
     progress : bool or function
         True: a bar on standard error; a function is called with the time that is marched and that to march [s].
     out : path, optional
-        The archive to write; of a march that takes long, what is done survives a kill.
+        The archive to write; of a march that takes long, what is done survives a kill, unless it has a controller.
     resume : bool
         Go on with a march that was interrupted; one that is finished is read, and nothing is computed.
     overwrite : bool
@@ -274,7 +293,8 @@ def run_transient(
     Raises
     ------
     InputError
-        The machine or an argument is out of range, or two arguments do not go together.
+        The machine or an argument is out of range, two arguments do not go together, or the controller returns what
+        cannot be.
     NotConverged
         The march ended early; its ``result`` holds what was found, and the archive, too.
     ArchiveError
@@ -295,11 +315,17 @@ def run_transient(
     loads = read_course(arguments, "load", load, LOAD_TORQUE, "10 N m")
     supplies = read_supply(arguments, supply)
     pulse = arguments.quantity("min_pulse", min_pulse, TIME)
-    schedules = read_timing(arguments, machine, timing, pulse)
+    schedules = read_timing(arguments, machine, timing)
     end = arguments.quantity("duration", duration, MOMENT)
     step = arguments.quantity("sample", sample, TIME)
 
     # Arguments that are right each by itself, but do not go together.
+    if resume and (controller is not None or str(timing) == FEEDBACK):
+        arguments.fault("resume", "does not go with a controller, of which nothing is kept", "leave it out")
+    if str(timing) == FEEDBACK:
+        require_epv(arguments, machine)
+        if controller is not None:
+            arguments.fault("controller", 'does not go with the timing "feedback"', "leave one of them out")
     if speed is not None and omega is not None:
         arguments.fault("from_speed", "does not go with `speed`", "leave one of them out")
     if at is not None and omega is not None:
@@ -316,16 +342,27 @@ def run_transient(
         _refuse_too_many(arguments, machine, end / (step or end / ROWS))
     arguments.refuse()
 
+    # Command angles that change: by a map, for a shortest pulse, or by a controller.
+    told = {"shaft": "imposed speed" if len(speeds) else "free", "timing": Path(timing).name}
+    if str(timing) == FEEDBACK:
+        controller = FeedbackTiming(machine, min_pulse_s=pulse or 0.0)
+    elif controller:
+        told["controller"] = name_of_function(controller)
+    limited: Callable[[np.ndarray], np.ndarray]
+    limited = np.asarray if pulse is None else partial(with_floor, min_pulse=pulse)
+    control = Control(machine, controller, schedules, limited) if controller else None
+    schedules = [] if str(timing) == FIXED and pulse is None and not control else [limited(rows) for rows in schedules]
+
     # What makes a run this one and no other, so that one that was interrupted goes on.
     course = Course(speeds, loads, supplies, schedules)
-    conditions = {"shaft": "imposed speed" if len(speeds) else "free", "timing": Path(timing).name}
-    conditions |= {"cylinders": f"{machine.engine.cylinders:g}"} | supply_conditions(machine)
+    conditions = told | {"cylinders": f"{machine.engine.cylinders:g}"} | supply_conditions(machine)
     provenance = {"kind": KIND, "command": call, "kernels": sources_hash(), CONDITIONS: json.dumps(conditions)}
     times = np.arange(0.0, end * (1.0 + 1e-12), step or end / ROWS)
     with ExitStack() as stack:
         checkpoints, target = None, None if out is None else Path(out)
         if target:
             asked = {"kind": KIND, "kernels": sources_hash(), "end": end, "step": step, "angle": at, "from": omega}
+            asked |= {"controller": name_of_function(control.controller)} if control else {}
             asked |= {name: [rows.tolist() for rows in imposed] for name, imposed in course._asdict().items()}
             text = text_writer(machine)()
             provenance["plan_hash"] = plan_hash(text, asked)
@@ -338,13 +375,16 @@ def run_transient(
                 notes = remove_what_is_done(target)
                 return _ended(TransientRun.of(there, time.perf_counter() - begin, was_finished=True), notes)
             make_room(target, resume=resume, overwrite=overwrite, unfinished="a checkpoint of an unfinished run")
-            checkpoints = Checkpoints(target, text, provenance)
+            checkpoints = None if control else Checkpoints(target, text, provenance)
 
         compile_drivetrain(machine)
         report = stack.enter_context(show_progress(progress, "transient"))
         begin = time.perf_counter()
         start = _start_of(machine, at or 0.0, omega, course)
-        march = _march(start, end, times, checkpoints, report)
+        if control:
+            march = _march_controlled(start, end, times, control, report)
+        else:
+            march = _march(start, end, times, checkpoints, report)
         wall_time = time.perf_counter() - begin
 
         archive = _archive_of(machine, start, march, provenance)
@@ -392,6 +432,14 @@ def _march(
         if checkpoints:
             checkpoints.offer(marched)
     return run_of(marched)
+
+
+def _march_controlled(
+    start: Prepared, end: float, times: np.ndarray, control: Control, report: Callable[[Any, Any], object]
+) -> DrivetrainRun:
+    """March a drivetrain to the end [s] with a controller, whose state no checkpoint would keep."""
+    start = start._replace(p=start.p._replace(goal=start.p.goal._replace(ends_with_revolution=1)))
+    return call_in_thread(run_drivetrain, start, end, times, report=lambda now: report(now, end), act=control).result()
 
 
 def _archive_of(machine: Machine, start: Prepared, march: DrivetrainRun, provenance: dict[str, str]) -> Archive:

@@ -42,7 +42,8 @@ def run_transient(
         str | None, typer.Option(metavar="COURSE", help='Supply from instants on: "2 s: 0.8 MPa gauge".')
     ] = None,
     timing: Annotated[
-        str, typer.Option(metavar="T", help="fixed, or a CSV of commands over speed, as engine timing writes.")
+        str,
+        typer.Option(metavar="T", help="fixed, feedback, or a CSV of commands over speed of engine timing."),
     ] = "fixed",
     min_pulse: Annotated[str | None, typer.Option(metavar="TIME", help="Shortest pulse that is commanded.")] = None,
     sample: Annotated[str | None, typer.Option(metavar="TIME", help="Time between two rows of the traces.")] = None,
