@@ -13,6 +13,7 @@ ORDER = [
     "cam_against_epv",
     "what_limits_30_hz",
     "timing_map_to_header",
+    "governor",
     "soft_landing",
     "optimum",
     "real_air",

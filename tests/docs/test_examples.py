@@ -25,7 +25,7 @@ OWN_MARCHES = {"own_effect", "own_machine"}
 from outside and test_adaptive machines of its own; the site's build runs every example."""
 LONG = {
     *("what_limits_30_hz", "paper_in_one_page", "sweep_on_a_cluster", "missing_effect_found"),
-    *("soft_landing", "sweep_over_pressure", "optimum", "timing_map_to_header"),
+    *("soft_landing", "sweep_over_pressure", "optimum", "timing_map_to_header", "governor"),
 }
 """Examples of studies that the tests of the studies run, a minute in all: slow, too."""
 UNIT = re.compile(r"\[[^\[\]]+\]")
