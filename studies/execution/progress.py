@@ -1,6 +1,8 @@
 """Progress of long work: a bar with the time left on standard error, or a call for each step."""
 
 import contextlib
+import html
+import sys
 import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
@@ -10,6 +12,8 @@ if TYPE_CHECKING:
 
 LINES_AFTER = 5.0
 """Time from which work is told in lines [s]: shorter work needs none."""
+DRAWN_EVERY = 0.2
+"""Time between two drawings of a bar in a notebook [s]."""
 LINE_EVERY = 30.0
 """Time after which a stage that goes on is told again [s]."""
 
@@ -34,9 +38,44 @@ def show_progress(progress: Progress, task: str) -> Iterator[Callable[[int, int]
     if not progress:
         yield lambda done, total: None
         return
+    if _is_notebook():
+        yield _NotebookBar(task).report
+        return
     with progress_bar() as bar:
         line = bar.add_task(task, total=None)
         yield lambda done, total: bar.update(line, completed=done, total=total)
+
+
+def _is_notebook() -> bool:
+    """Whether a notebook's kernel runs this, whose output is no terminal."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython else None
+    return shell is not None and hasattr(shell, "kernel")
+
+
+class _NotebookBar:
+    """Bar below a cell of a notebook, drawn by the browser: it needs no widgets."""
+
+    def __init__(self, task: str) -> None:
+        from IPython.display import display
+
+        self._task, self._begin, self._last = task, time.perf_counter(), 0.0
+        self._handle = display(self._page(0, 0, 0.0), raw=True, display_id=True)
+
+    def report(self, done: int, total: int) -> None:
+        """Draw what is done, and the time left."""
+        took = time.perf_counter() - self._begin
+        if done < total and took - self._last < DRAWN_EVERY:
+            return
+        self._last = took
+        self._handle.update(self._page(done, total, took), raw=True)
+
+    def _page(self, done: int, total: int, took: float) -> dict[str, str]:
+        """The bar as HTML and as text."""
+        left = f", some {took / done * (total - done):.0f} s left" if 0 < done < total else ""
+        text = f"{self._task}: {done} of {total}{left}" if total else self._task
+        share = f' value="{done}" max="{total}"' if total else ""
+        return {"text/plain": text, "text/html": f"<progress{share}></progress> {html.escape(text)}"}
 
 
 @contextlib.contextmanager

@@ -41,3 +41,27 @@ def test_a_long_stage_is_told_of_while_it_goes_on(told_at_once, monkeypatch, cap
     first, *_, last = capsys.readouterr().err.splitlines()
     assert first.startswith("sweep: 10 of 40 after") and first.endswith("s left")
     assert last.startswith("sweep: ") and " of " not in last
+
+
+def test_a_notebook_shows_a_bar_below_the_cell():
+    client_of = pytest.importorskip("jupyter_client")
+    pytest.importorskip("ipykernel")
+    code = (
+        "from apesim.studies.execution.progress import show_progress\n"
+        "with show_progress(True, 'sweep') as report:\n"
+        "    report(1, 4)\n"
+        "    report(4, 4)\n"
+    )
+    manager = client_of.KernelManager(kernel_name="python3")
+    manager.start_kernel()
+    try:
+        client = manager.blocking_client()
+        client.start_channels()
+        client.wait_for_ready(timeout=60.0)
+        shown = []
+        client.execute_interactive(code, timeout=60.0, output_hook=shown.append)
+    finally:
+        manager.shutdown_kernel(now=True)
+    pages = [each["content"]["data"]["text/html"] for each in shown if "display_data" in each["msg_type"]]
+    assert [each["msg_type"] for each in shown if each["msg_type"] == "error"] == []
+    assert pages[0].startswith("<progress></progress> sweep") and 'value="4" max="4"' in pages[-1]
