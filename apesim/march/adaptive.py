@@ -260,8 +260,11 @@ def _note(log: np.ndarray, logged: int, t: float, code: float, sign: float, y: n
         log[logged, 0] = t
         log[logged, 1] = code
         log[logged, 2] = sign
-        for i in range(LOG_HEAD, log.shape[1]):
+        known = min(log.shape[1], LOG_HEAD + y.shape[0])
+        for i in range(LOG_HEAD, known):
             log[logged, i] = y[i - LOG_HEAD]
+        for i in range(known, log.shape[1]):  # within a step the integrated states alone are known
+            log[logged, i] = np.nan
         return logged + 1
     return logged
 

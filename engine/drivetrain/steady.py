@@ -123,6 +123,8 @@ class Revolutions(Drive):
             self.evaluations += outcome.evaluations
             if outcome.status not in (Status.DONE, Status.STOPPED):
                 return y, mode, outcome.status
+            if outcome.logged == len(log):  # full, so that its last row may not be that of the end
+                return y, mode, Status.TOO_MANY_EVENTS
             if self.evaluations > MAX_EVALUATIONS_TO_PERIODIC:
                 return y, mode, Status.TOO_MANY_EVALUATIONS
             if mode[turns] != 1.0:

@@ -7,12 +7,12 @@ from scipy.optimize import brentq
 from apesim.engine.angles import TURN
 from apesim.engine.drivetrain.preparing import Course, prepare
 from apesim.engine.drivetrain.run import run_drivetrain
-from apesim.engine.drivetrain.state import FRICTION_WORK, LOAD_WORK, shaft_ledger
+from apesim.engine.drivetrain.state import FRICTION_WORK, LOAD_WORK, SHAFT_STATES, shaft_ledger, shaft_states
 from apesim.engine.drivetrain.steady import cylinder_runs, gas_work, run_revolution
 from apesim.engine.indicators import INDICATORS, indicators
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
-from apesim.march.adaptive import Status
+from apesim.march.adaptive import LOG_HEAD, ZERO_CROSSING, Status
 
 RPM = TURN / 60.0
 FAN = {"load.quadratic": "2.8496e-3 N m s^2"}
@@ -79,6 +79,13 @@ def test_a_free_shaft_differs_from_constant_speed_as_one_over_its_inertia():
         for J in (10.0, 1000.0)
     ]
     assert off[0] == pytest.approx(100.0 * off[1], rel=0.02) and 0.1 < off[0] < 1.0
+
+
+def test_a_row_of_the_log_within_a_step_has_no_ledgers():
+    r = run_revolution(Machine().with_(engine_cylinders=2), 1000.0 * RPM)
+    within, ledgers = r.log[:, 1] >= ZERO_CROSSING, LOG_HEAD + shaft_states(r.prepared.p) + SHAFT_STATES
+    assert within.any() and np.isnan(r.log[within, ledgers:]).all()
+    assert not np.isnan(r.log[~within]).any() and not np.isnan(r.log[:, :ledgers]).any()
 
 
 def test_rows_of_a_free_shaft_are_at_even_angles():
