@@ -109,6 +109,10 @@ class Exchanged(NamedTuple):
     """Net flow into the receiver that it draws from, by its own ports and its control air."""
     outside: Flow
     """Net flow through its exhaust valves."""
+    torque: float
+    """Torque of its gas above ambient pressure on the shaft [N m]."""
+    temperature: float
+    """Temperature of its gas [K]."""
 
 
 @kernel
@@ -164,7 +168,7 @@ def cylinder_rates(
     `dy` itself, where it is as long; then the exergy ledger behind it is written, too, if `y` has room for it.
     """
     if not in_domain(p, y):
-        return Exchanged(False, NO_FLOW, NO_FLOW)
+        return Exchanged(False, NO_FLOW, NO_FLOW, 0.0, 0.0)
 
     # The air of every volume, then the flows between them.
     cylinder, slope = cylinder_state(p, now, y)
@@ -177,7 +181,7 @@ def cylinder_rates(
     valve = AT_REST
     if p.engine.intake == EPV:
         if not valve_actuator.in_domain(p.actuator, y):
-            return Exchanged(False, NO_FLOW, NO_FLOW)
+            return Exchanged(False, NO_FLOW, NO_FLOW, 0.0, 0.0)
         valve = actuator_rates(p.actuator, t, y, mode, supply_of(p, y, receiver))
     line = line_feed(p.actuator, mode, control_air(p, y, receiver), valve)
 
@@ -228,7 +232,8 @@ def cylinder_rates(
     )
     if y.shape[0] > SIZE:
         add_exergy_rates(p, t, y, mode, cylinder, receiver, intake, flows, terms, dy)
-    return Exchanged(True, in_receiver, outside)
+    torque = indicated_power(cylinder.air.pressure, p.actuator.ambient.pressure, slope, 1.0)
+    return Exchanged(True, in_receiver, outside, torque, cylinder.air.temperature)
 
 
 @kernel

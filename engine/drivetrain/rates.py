@@ -22,7 +22,6 @@ from apesim.engine.cycle.state import (
     RECEIVER,
     Cycle,
     cylinder_gas,
-    cylinder_state,
     receiver_gas,
 )
 from apesim.engine.cylinder import EPV, MAX_CYLINDERS, indicated_power
@@ -285,12 +284,11 @@ def drivetrain_rates(p: Drivetrain, t: float, y: np.ndarray, mode: np.ndarray, d
         exchanged = cylinder_rates(c, t, now, block, own, block_of(dy, i), ledger_at(dy, ledger_place(p, i)))
         if not exchanged.in_domain:
             return False
-        torque += gas_torque(p, c, y, mode, i)
+        torque += exchanged.torque
         if p.sources[i] != i:
             add_flow(flows_in, p.sources[i], exchanged.receiver)
         if p.sinks[i] >= 0:
-            cylinder, _ = cylinder_state(c, now, block)
-            warmed = exchanged_heat(p, c, exchanged.outside, cylinder.air.temperature)
+            warmed = exchanged_heat(p, c, exchanged.outside, exchanged.temperature)
             heat += warmed
             add_flow(flows_in, p.sinks[i], Flow(exchanged.outside.mass, exchanged.outside.enthalpy + warmed))
             if p.exchanger.wall_conductance > 0.0:
