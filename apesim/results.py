@@ -126,10 +126,10 @@ def without_unit(key: str) -> str:
     return key
 
 
-def no_such(name: str, known: Iterable[str]) -> str:
+def _not_there(name: str, known: Iterable[str]) -> str:
     """Say that there is no such name, with the nearest ones, or with all where none is near.
 
-    >>> no_such("lif", ["lift", "velocity"])
+    >>> _not_there("lif", ["lift", "velocity"])
     'no lif; did you mean lift?'
     """
     known = list(known)
@@ -142,7 +142,7 @@ class _Named(dict[str, Any]):
     """Dictionary that says which name is near to one that it does not have."""
 
     def __missing__(self, name: str) -> Any:
-        raise KeyError(no_such(str(name), self))
+        raise KeyError(_not_there(str(name), self))
 
 
 @dataclass(frozen=True)
@@ -377,7 +377,7 @@ class Result(Mapping[str, Any]):
     def _no_such(self, name: str) -> str:
         if name in self.traces:
             return f"{name} is a trace: write .traces[{name!r}]"
-        return no_such(name, self.scalars)
+        return _not_there(name, self.scalars)
 
     def _headline(self) -> list[tuple[str, Scalar]]:
         names = self.headline or tuple(self.scalars)

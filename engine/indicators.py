@@ -438,7 +438,7 @@ def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
     # Whether the balances close. The march knows no engine friction: its work is given to the exergy ledger.
     mass_closure, energy_closure = closure(run)
     exergy = exergy_ledger(run, fmep * swept)
-    return {
+    values = {
         **performance(p, p.speed / TURN, work, fmep, swept, air),
         "groove_back_flow_kg_per_cycle": ledger.groove_back,
         "exhaust_back_flow_kg_per_cycle": ledger.exhaust_back,
@@ -460,3 +460,4 @@ def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
         "air_tolerance_change": run.air_change,
         "tolerance": run.tolerance,
     }
+    return {name: values[name] for name in INDICATORS}

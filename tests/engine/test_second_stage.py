@@ -109,7 +109,7 @@ def test_a_steady_run_refuses_what_it_does_not_march(keys, told):
     for call in (
         lambda: run_steady(machine, 100.0),
         lambda: known_state(machine, 100.0),
-        lambda: apesim.run_engine(machine, "1000 rpm"),
+        lambda: apesim.assess_valve(machine, speed="1000 rpm"),
     ):
         with pytest.raises(InputError, match=told):
             call()

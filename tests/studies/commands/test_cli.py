@@ -290,7 +290,7 @@ def test_a_fault_of_ours_ends_with_1(apesim, monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError("broken for the test")
 
-    monkeypatch.setattr("apesim.studies.run.engine_run.run_steady", broken)
+    monkeypatch.setattr("apesim.engine.drivetrain.point.run_steady", broken)
     code, _, err = apesim("engine", "run", "--speed", "1000 rpm")
     assert code == 1 and "fault of ours" in err and "broken for the test" in err
 
@@ -299,7 +299,7 @@ def test_an_interrupt_ends_with_130(apesim, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("apesim.studies.run.engine_run.run_steady", interrupted)
+    monkeypatch.setattr("apesim.engine.drivetrain.point.run_steady", interrupted)
     assert apesim("engine", "run", "--speed", "1000 rpm") == (130, "", "interrupted\n")
 
 
@@ -353,10 +353,10 @@ def test_on_a_terminal_a_long_march_shows_the_time_it_has_taken(monkeypatch, cap
 
 
 def test_a_point_that_does_not_converge_ends_with_3(apesim, monkeypatch):
-    from apesim.studies.run import engine_run
+    from apesim.engine.drivetrain import point
 
-    run_steady = engine_run.run_steady
-    monkeypatch.setattr(engine_run, "run_steady", lambda machine, speed, **_: run_steady(machine, speed, max_cycles=2))
+    run_steady = point.run_steady
+    monkeypatch.setattr(point, "run_steady", lambda machine, speed, **_: run_steady(machine, speed, max_cycles=2))
     code, out, err = apesim("engine", "run", "--speed", "1000 rpm", "--json")
     data = json.loads(out)
     assert code == 3
