@@ -57,6 +57,7 @@ PROPORTIONS = (
     Proportion("engine.rod_length", CYLINDER[1:], "rods are some 1.5 to 2 strokes long"),
     Proportion("engine.exhaust.effective_area", CYLINDER, "an exhaust valve grows with its cylinder"),
     Proportion("engine.receiver.volume", CYLINDER, "the default's is two swept volumes of its engine"),
+    Proportion("shaft.inertia", CYLINDER, "a flywheel is chosen for the work of a cycle"),
     Proportion("engine.receiver.feed_area", CYLINDER, "it passes the air of an engine of that size"),
 )
 """Numbers that belong together, each with the reason: the one place that says so."""

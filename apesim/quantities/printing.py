@@ -18,7 +18,11 @@ OTHERS = "Keys that do not stand here have their defaults."
 
 
 def dumps(
-    tree: Any, folder: Any = None, notes: Mapping[str, str] | None = None, keys: Collection[str] | None = None
+    tree: Any,
+    folder: Any = None,
+    notes: Mapping[str, str] | None = None,
+    keys: Collection[str] | None = None,
+    sources: Mapping[str, str] | None = None,
 ) -> str:
     """Return the commented TOML text of a tree of parameter classes; `load` reads the very same tree from it.
 
@@ -38,6 +42,8 @@ def dumps(
     keys : collection of str, optional
         Keys to print, and no others; all of them if left out. It is the same tree that reads back where the others are
         as by default.
+    sources : mapping of str to str, optional
+        Where single values come from, by key; each stands in place of the source of the default.
 
     Returns
     -------
@@ -62,7 +68,8 @@ def dumps(
     >>> print(dumps(Machine(), notes={"valve.stroke": "measured in May"}).splitlines()[-2])
     # measured in May
     """
-    body = _section(tree, (ambient_of(tree), ambient_of(type(tree))), folder, notes=notes or {}, only=keys)
+    ambients = ambient_of(tree), ambient_of(type(tree))
+    body = _section(tree, ambients, folder, notes=notes or {}, only=keys, sources=sources or {})
     gap = [""] * (body[:1] != [""])
     others = [] if keys is None else _comment(OTHERS)
     return "\n".join([*_comment(_title(type(tree))), *_comment(LEGEND), *others, *gap, *body, ""])
@@ -77,6 +84,7 @@ def _section(
     *,
     notes: Mapping[str, str],
     only: Collection[str] | None,
+    sources: Mapping[str, str],
 ) -> list[str]:
     """What stands below a header: keys (the `wanted` ones are never a comment), curves, sections.
 
@@ -102,7 +110,7 @@ def _section(
             lines = [
                 f"[{name}]",
                 *stated,
-                *_section(value, ambients, folder, name, any_of, notes=notes, only=only),
+                *_section(value, ambients, folder, name, any_of, notes=notes, only=only, sources=sources),
             ]
             if any_of and _texts(value, ambient_pressure) == _texts(default, standard_ambient):
                 lines = [f"# {line}".rstrip() for line in lines]
@@ -111,7 +119,7 @@ def _section(
 
         # A key, by its form: a table or a curve has a header of its own, all else is one line.
         text = field.render(value, ambient_pressure)
-        remark = field.range_text, " ".join(field.source.split())
+        remark = field.range_text, sources.get(name) or " ".join(field.source.split())
         note = _comment(notes[name]) if name in notes else []
         if field.is_array:
             entries = [line for table in text for line in ("", f"[[{name}]]", *_entries(table))][1:]

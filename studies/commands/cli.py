@@ -16,6 +16,7 @@ from apesim.studies.commands.engine import engine
 from apesim.studies.commands.gap import gap
 from apesim.studies.commands.machine import print_machine
 from apesim.studies.commands.measured import measured
+from apesim.studies.commands.new import make_machine_file
 from apesim.studies.commands.options import register
 from apesim.studies.commands.paper import repeat_paper
 from apesim.studies.commands.valve import valve
@@ -31,6 +32,7 @@ app.add_typer(engine, name="engine")
 app.add_typer(archive, name="archive")
 app.add_typer(gap, name="gap")
 app.add_typer(measured, name="measured")
+register(app, "new", make_machine_file)
 register(app, "machine", print_machine)
 register(app, "paper", repeat_paper)
 register(app, "doctor", check_installation)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from apesim.studies.commands.options import Common
+from apesim.studies.commands.options import Common, FigureFile, Overwrite
 from apesim.studies.terminal.console import COMMAND_LINE
 
 if TYPE_CHECKING:
@@ -18,8 +18,10 @@ def print_machine(
     short: Annotated[
         bool, typer.Option("--short", help="Only the fifteen keys to fill in first, and what is not the default's.")
     ] = False,
+    figure: FigureFile = None,
+    overwrite: Overwrite = False,
 ) -> None:
-    """Print the machine, every key commented; or check a machine file.
+    """Print the machine, every key commented; or draw it to scale; or check a machine file.
 
     The check also names keys that have no effect, and numbers that are still the default machine's beside a size that
     is not: the mass of a valve whose stroke was changed.
@@ -32,12 +34,19 @@ def print_machine(
     >>> next(line.split("#")[0].strip() for line in text.splitlines() if line.startswith("bore"))
     'bore = "90 mm"'
     """
-    if check and short:
+    asked = [name for name, is_given in (("--short", short), ("--figure", figure), ("--check", check)) if is_given]
+    if len(asked) > 1:
         from apesim.quantities import Fault, InputError
 
-        raise InputError([Fault(COMMAND_LINE, "--short", "prints, and --check checks", "give one of them")])
+        raise InputError([Fault(COMMAND_LINE, asked[0], f"stands beside {asked[1]}", "give one of them")])
     if check:
         _check_file(common, check)
+        return
+    if figure is not None:
+        from apesim.studies.drawing.machine import write_machine_figure
+
+        write_machine_figure(common.load_machine(), figure, overwrite=overwrite)
+        common.console.result({"figure": str(figure)}, f"{figure}: written")
         return
     text = common.load_machine().to_toml("first" if short else "all")
     common.console.result({"machine": text}, text.rstrip())

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 Figures = Annotated[bool, typer.Option(help="Draw the figures, into F.figures.")]
+FigureFile = Annotated[
+    Path | None, typer.Option("--figure", metavar="FILE", help="Draw the machine to scale: a .png, .svg or .pdf.")
+]
 FigureFolder = Annotated[Path | None, typer.Option(metavar="DIR", help="Draw the figures into this folder.")]
 Traces = Annotated[Path | None, typer.Option(metavar="F", help="Write the traces as CSV.")]
 Pressures = Annotated[str, typer.Option(metavar="RANGE", help="Control pressures: start:stop:step, or a list.")]

@@ -16,12 +16,15 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import Bbox
 
 from apesim.archive import write_file
+from apesim.quantities import Fault, InputError
 from apesim.studies.drawing.style import STYLE
-from apesim.studies.execution.output import make_folder
+from apesim.studies.execution.output import make_folder, refuse_to_replace
 from apesim.studies.execution.pool import done_beside
 
 LEFT_OUT = {"png": ("Software",), "pdf": ("CreationDate", "Producer", "Creator")}
 """Endings of the files of a figure, and metadata that would differ from one time to the next."""
+FORMATS = (*LEFT_OUT, "svg")
+"""Formats of a figure that a user names."""
 LAYOUT_TABLES = ("GDEF", "GPOS", "GSUB")
 """Tables of a font that choose and place its glyphs in a text."""
 FOOT_SIZE = 7.5
@@ -81,6 +84,28 @@ def save(figure: Figure, folder: str | PathLike[str], name: str, conditions: str
             figure.savefig(content, format=ending, bbox_inches=whole, metadata=dict.fromkeys(left_out))
         write_file(path, content.getvalue())
     return paths
+
+
+def write_figure(figure: Figure, path: str | PathLike[str], *, overwrite: bool = False) -> None:
+    """Write a figure as the one file that a user names, in the format of its ending, the same bytes each time."""
+    ending = check_ending(path)
+    refuse_to_replace(path, overwrite=overwrite)
+    if ending == "svg":
+        write_file(path, svg(figure).encode())
+        return
+    _lay_out(figure)
+    content = io.BytesIO()
+    figure.savefig(content, format=ending, metadata=dict.fromkeys(LEFT_OUT[ending]))
+    write_file(path, content.getvalue())
+
+
+def check_ending(path: str | PathLike[str]) -> str:
+    """Return the format of a figure by the ending of its file, and refuse those that are not written."""
+    ending = Path(path).suffix.lstrip(".").lower()
+    if ending not in FORMATS:
+        right = f"end it with .{', .'.join(FORMATS)}"
+        raise InputError([Fault(str(path), "", "has no ending of a figure", right)])
+    return ending
 
 
 @contextmanager

@@ -1,0 +1,496 @@
+"""Picture of a machine to scale: the engine with valve, receiver and exhaust, and the intake valve enlarged.
+
+Lengths that a machine file does not know (walls, the length of pistons, solenoid housings) are drawn grey or as they
+usually are, and bear no dimension. Areas that are only known as effective ones are drawn as circles of that area.
+"""
+
+from math import cos, inf, pi, radians, sin, sqrt
+from os import PathLike
+from typing import NamedTuple
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patches import Circle, FancyBboxPatch, Polygon, Rectangle
+
+from apesim.engine.cylinder import EPV, INTAKES
+from apesim.engine.kinematics import swept_volume
+from apesim.engine.machine import Machine
+from apesim.studies.drawing.files import write_figure
+from apesim.studies.drawing.panels import open_row
+from apesim.studies.drawing.style import BLUE, RED, STYLE
+from apesim.valve.groove import area_table, lap_of
+
+CRANK_ANGLE = radians(60.0)
+"""Crank angle at which the engine is drawn: crank, rod and charge are all seen."""
+METAL, DARK, AIR, SUPPLY_AIR, LINE = "0.82", "0.62", "#dcebf5", "#a9cce3", "0.25"
+"""Colours of housings, moving parts, air at low and at supply pressure, and outlines."""
+DIMENSION = 8.0
+"""Size of the letters of dimensions [pt]."""
+SIZE = (11.0, 7.6)
+"""Width and height of the figure [inch]."""
+MAX_RECEIVER = 0.45
+"""Radius of the receiver, over the height of the engine, up to which it is drawn to scale."""
+
+
+class Box(NamedTuple):
+    """Rectangle, by its lower left corner, width and height [mm]."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+class ValveShape(NamedTuple):
+    """Intake valve as it is drawn, closed, its axis at x = 0 and the floor of its lower chamber at y = 0 [mm]."""
+
+    diameter: float
+    stroke: float
+    lap: float
+    clearance: float
+    """Height of the clearance volume of each chamber."""
+    land: float
+    """Height of the piston's land below and above its groove; chosen, as no machine file knows it."""
+    orifice: float
+    """Diameter of a circle of the solenoid's effective area."""
+    opening: float
+    """Diameter of a circle of the groove's effective area at full lift."""
+
+    @property
+    def groove(self) -> float:
+        """Height of the groove, as the part of the lift that opens it."""
+        return self.stroke - self.lap
+
+    @property
+    def length(self) -> float:
+        """Length of the piston."""
+        return 2.0 * self.land + self.groove
+
+    @property
+    def height(self) -> float:
+        """Height of the bore that the piston moves in."""
+        return 2.0 * self.clearance + self.stroke + self.length
+
+    @property
+    def port(self) -> float:
+        """Height of the lower edge of the ports, which the groove meets once it has risen by the lap."""
+        return self.clearance + self.land + self.groove + self.lap
+
+    @property
+    def wall(self) -> float:
+        """Thickness of the housing."""
+        return 0.14 * self.diameter + 0.1 * self.stroke
+
+
+def valve_shape(machine: Machine) -> ValveShape:
+    """Return the shape of the intake valve of a machine [mm]."""
+    valve = machine.valve
+    table = area_table(machine.groove, valve.stroke)
+    diameter, stroke = 1e3 * _diameter_of(valve.piston_area), 1e3 * valve.stroke
+    return ValveShape(
+        diameter,
+        stroke,
+        1e3 * lap_of(table),
+        1e3 * valve.clearance_volume / valve.piston_area,
+        max(1.15 * stroke, 0.12 * diameter),
+        1e3 * _diameter_of(valve.solenoid.effective_area),
+        1e3 * _diameter_of(float(table[:, 1].max())),
+    )
+
+
+def _diameter_of(area: float) -> float:
+    """Diameter of a circle of an area."""
+    return sqrt(4.0 * area / pi)
+
+
+def _block(ax: Axes, box: Box, colour: str, zorder: float = 2.0, **look: object) -> None:
+    ax.add_patch(Rectangle(box[:2], *box[2:], **{"fc": colour, "ec": LINE, "lw": 0.8, "zorder": zorder} | look))
+
+
+def _number(length: float) -> str:
+    """A length [mm] in three digits."""
+    return f"{length:.0f}" if length >= 999.5 else f"{length:.3g}"
+
+
+def _dimension(
+    ax: Axes,
+    start: tuple[float, float],
+    end: tuple[float, float],
+    text: str,
+    away: tuple[float, float] = (0.0, 0.0),
+    beside: tuple[float, float] | None = None,
+) -> None:
+    """Draw a dimension line from one point to another, both moved `away`, with lines to what is measured.
+
+    The text stands on the line, or `beside` it, from the line's middle, where the line is too short for it.
+    """
+    moved = [(x + away[0], y + away[1]) for x, y in (start, end)]
+    for point, at in zip((start, end), moved, strict=True):
+        ax.plot(*zip(point, at, strict=True), color="0.55", lw=0.6, zorder=6)
+    middle = tuple(0.5 * (a + b) for a, b in zip(*moved, strict=True))
+    arrow = {"arrowstyle": "<|-|>", "color": LINE, "lw": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+    if beside is None:
+        ax.annotate("", moved[0], moved[1], arrowprops=arrow, zorder=6)
+        is_upright = abs(moved[1][1] - moved[0][1]) > abs(moved[1][0] - moved[0][0])
+        look = {"ha": "center", "va": "center", "rotation": 90 if is_upright else 0}
+        white = {"fc": "white", "ec": "none", "pad": 1.2, "alpha": 0.92}
+        ax.text(*middle, text, fontsize=DIMENSION, bbox=white, zorder=7, **look)
+        return
+    # A short length: a bold line for it, and a thin one that leads to its text.
+    ax.plot(*zip(*moved, strict=True), color=RED, lw=1.8, zorder=6, solid_capstyle="butt")
+    target = (middle[0] + beside[0], middle[1] + beside[1])
+    side = "left" if beside[0] >= 0 else "right"
+    ax.plot(*zip(middle, target, strict=True), color="0.45", lw=0.6, zorder=6)
+    white = {"fc": "white", "ec": "none", "pad": 1.0, "alpha": 0.92}
+    ax.text(*target, f" {text} ", fontsize=DIMENSION, ha=side, va="center", zorder=7, bbox=white)
+
+
+def _label(ax: Axes, at: tuple[float, float], text: str, **look: object) -> None:
+    """Write what a part is."""
+    ax.text(*at, text, **{"fontsize": DIMENSION, "ha": "center", "va": "center", "zorder": 7, "color": BLUE} | look)
+
+
+def _draw_spring(ax: Axes, x: float, low: float, high: float, width: float) -> None:
+    """Draw a spring as a zigzag."""
+    turns = 9
+    xs = [x + (0.5 * width if turn % 2 else -0.5 * width) for turn in range(turns)]
+    ys = [low + (high - low) * turn / (turns - 1) for turn in range(turns)]
+    ax.plot(xs, ys, color="0.35", lw=0.8, zorder=3.5)
+
+
+def _draw_valve_body(ax: Axes, shape: ValveShape, at: tuple[float, float], springs: bool) -> None:
+    """Draw the closed valve with housing, chambers, piston, groove and ports; `at` is the foot of its axis."""
+    x, y = at
+    d, wall = shape.diameter, shape.wall
+    _block(ax, Box(x - 0.5 * d - wall, y - wall, d + 2.0 * wall, shape.height + 2.0 * wall), METAL)
+    _block(ax, Box(x - 0.5 * d, y, d, shape.height), AIR, lw=0.6)
+    top = y + shape.clearance + shape.length
+    _block(ax, Box(x - 0.5 * d, top, d, y + shape.height - top), SUPPLY_AIR, lw=0.6)  # closed: A is pressurised
+    # Ports in the housing on both sides, then the piston in front of them, with its groove cut out.
+    for side in (x - 0.5 * d - wall, x + 0.5 * d):
+        _block(ax, Box(side, y + shape.port, wall, shape.groove), SUPPLY_AIR if side < x else AIR, 2.5, lw=0.6)
+    depth = 0.16 * d
+    foot, edge = y + shape.clearance, y + shape.clearance + shape.land
+    rim = edge + shape.groove
+    left, right = x - 0.5 * d, x + 0.5 * d
+    outline = [
+        (left, foot),
+        (right, foot),
+        (right, edge),
+        (right - depth, edge),
+        (right - depth, rim),
+        (right, rim),
+        (right, top),
+        (left, top),
+        (left, rim),
+        (left + depth, rim),
+        (left + depth, edge),
+        (left, edge),
+    ]
+    ax.add_patch(Polygon(outline, closed=True, fc=DARK, ec=LINE, lw=0.8, zorder=3))
+    if springs:
+        _draw_spring(ax, x, y, foot, 0.25 * d)
+        _draw_spring(ax, x, top, y + shape.height, 0.25 * d)
+
+
+def draw_engine(ax: Axes, machine: Machine) -> None:
+    """Draw cylinder, piston, crank, intake valve, receiver, solenoids and exhaust to scale, in millimetres."""
+    engine = machine.engine
+    bore, stroke, rod, offset = (1e3 * x for x in (engine.bore, engine.stroke, engine.rod_length, engine.pin_offset))
+    crank, clearance = 0.5 * stroke, stroke / (engine.compression_ratio - 1.0)
+    wall, crown = 0.08 * bore, 0.42 * bore  # wall, and crown over the pin
+    pin = (crank * sin(CRANK_ANGLE), crank * cos(CRANK_ANGLE))
+    wrist = pin[1] + sqrt(rod * rod - (pin[0] - offset) ** 2)
+    top = sqrt((rod + crank) ** 2 - offset**2) + crown  # of the piston at top dead centre
+    bottom, face, head = top - stroke, wrist + crown, top + clearance
+    skirt = 0.72 * bore
+    thickness = 0.2 * bore
+
+    # Crankcase, cylinder and charge, from the back to the front.
+    foot = bottom - skirt * 0.75
+    for side in (offset - 0.5 * bore - wall, offset + 0.5 * bore):
+        _block(ax, Box(side, foot, wall, head - foot), METAL)
+    ax.add_patch(Circle((0.0, 0.0), 1.3 * crank, fc="0.95", ec="0.75", lw=0.8, zorder=1))
+    ax.add_patch(Circle((0.0, 0.0), crank, fc="none", ec="0.6", lw=0.7, ls=(0, (4, 3)), zorder=1.2))
+    _block(ax, Box(offset - 0.5 * bore, face, bore, head - face), SUPPLY_AIR, 1.5, lw=0.0)
+    _block(ax, Box(offset - 0.5 * bore - wall, head, bore + 2.0 * wall, thickness), METAL)
+
+    # Crank, rod and piston.
+    for start, end, width in (((0.0, 0.0), pin, 7.0), (pin, (offset, wrist), 4.5)):
+        ax.plot(*zip(start, end, strict=True), color=LINE, lw=width + 1.4, solid_capstyle="round", zorder=3)
+        ax.plot(*zip(start, end, strict=True), color=DARK, lw=width, solid_capstyle="round", zorder=3.1)
+    _block(ax, Box(offset - 0.5 * bore, face - skirt, bore, skirt), DARK, 2.6)
+    for ring in (0.1, 0.17, 0.24):
+        ax.plot([offset - 0.5 * bore, offset + 0.5 * bore], 2 * [face - ring * bore], color="0.35", lw=1.2, zorder=2.8)
+    for joint in ((0.0, 0.0), pin, (offset, wrist)):
+        ax.add_patch(Circle(joint, 0.045 * bore, fc="white", ec=LINE, lw=0.9, zorder=3.6))
+    ax.plot([offset, offset], [-1.3 * crank, head], color="0.5", lw=0.6, ls=(0, (10, 3, 2, 3)), zorder=3.7)
+
+    # Exhaust: a channel as wide as a circle of its effective area, with a valve on its seat.
+    exhaust = sum(valve.effective_area for valve in engine.exhausts)
+    width = 1e3 * _diameter_of(exhaust)
+    x = offset + min(0.5 * bore - 0.5 * width, 0.27 * bore)
+    rise = thickness + 0.35 * bore
+    _block(ax, Box(x - 0.5 * width, head, width, rise), AIR, 2.5, lw=0.7)
+    _block(ax, Box(x - 0.5 * width, head, width, 0.025 * bore), DARK, 2.7, lw=0.7)
+    ax.plot([x, x], [head, head + rise + 0.12 * bore], color=LINE, lw=1.6, zorder=2.8)
+    _dimension(
+        ax,
+        (x - 0.5 * width, head + rise),
+        (x + 0.5 * width, head + rise),
+        f"exhaust ⌀{_number(width)}",
+        away=(0.0, 0.06 * bore),
+        beside=(0.3 * bore, 0.14 * bore),
+    )
+
+    # Intake valve beside its channel into the head, then solenoids, pipe and receiver to the left.
+    right = offset + 0.5 * bore + wall
+    lowest = -1.3 * crank
+    left, highest = _draw_intake(ax, machine, Box(offset, head, bore, thickness), top - lowest)
+
+    # Dimensions of the cylinder and of the crank gear.
+    under = foot - 0.12 * bore
+    _dimension(
+        ax,
+        (offset - 0.5 * bore, foot),
+        (offset + 0.5 * bore, foot),
+        f"bore {_number(bore)}",
+        away=(0.0, under - foot) if under < -1.4 * crank else (0.0, -0.06 * bore),
+    )
+    gap = 0.22 * bore
+    _dimension(ax, (right, bottom), (right, top), f"stroke {_number(stroke)}", away=(gap, 0.0))
+    _dimension(
+        ax,
+        (right, top),
+        (right, head),
+        f"clearance {_number(clearance)}",
+        away=(gap, 0.0),
+        beside=(0.12 * bore, 0.1 * bore),
+    )
+    axis = offset - 0.5 * bore - wall
+    if abs(offset) < 0.02 * bore:
+        rod_x = min(axis, -1.3 * crank) - 0.18 * bore
+        shift = (rod_x, 0.0)
+        _dimension(ax, (0.0, 0.0), (0.0, rod + crank), f"rod + crank {_number(rod)} + {_number(crank)}", away=shift)
+    else:
+        _label(ax, (axis - 0.3 * bore, 0.5 * rod), f"rod {_number(rod)}\npin offset {_number(offset)}")
+    ax.plot([offset - 0.5 * bore, right + gap], 2 * [top], color=BLUE, lw=0.6, ls=":", zorder=3.8)
+    ax.plot([offset - 0.5 * bore, right + gap], 2 * [bottom], color=BLUE, lw=0.6, ls=":", zorder=3.8)
+    _label(ax, (right + gap + 0.05 * bore, bottom), "BDC", ha="left")
+    _finish(ax, (left, right + 0.85 * bore), (lowest, highest), bore)
+
+
+def _draw_intake(ax: Axes, machine: Machine, head: Box, engine_height: float) -> tuple[float, float]:
+    """Draw intake valve, receiver and pipes on the head; returns how far they reach to the left and upwards.
+
+    `head` is centre, lower edge, bore and thickness of the cylinder's head.
+    """
+    centre, low, bore, thickness = head
+    shape = valve_shape(machine)
+    is_epv = machine.engine.intake == EPV
+    channel = shape.opening
+    x = centre - min(0.5 * bore - 0.5 * channel, 0.25 * bore)
+    d, wall = shape.diameter, shape.wall
+    foot = low + thickness + wall + 0.05 * bore
+    axis = x - 0.5 * channel - 0.04 * bore - wall - 0.5 * d
+    port = foot + shape.port + 0.5 * shape.groove if is_epv else low + thickness + 0.5 * bore
+
+    # The channel down into the cylinder, as wide as a circle of the groove's effective area.
+    pipe = 0.5 * channel
+    elbow = port + pipe
+    side = axis + 0.5 * d + (wall if is_epv else -0.5 * d)
+    _block(ax, Box(x - pipe, low, channel, elbow - low), SUPPLY_AIR, 2.1, lw=0.6)
+    _block(ax, Box(side, port - pipe, max(x - pipe - side, 0.0), channel), SUPPLY_AIR, 2.1, lw=0.6)
+    _dimension(
+        ax,
+        (x - pipe, elbow),
+        (x + pipe, elbow),
+        f"intake ⌀{_number(channel)}",
+        away=(0.0, 0.05 * bore),
+        beside=(0.12 * bore, 0.3 * bore),
+    )
+    highest = elbow + 0.3 * bore
+    if is_epv:
+        _draw_valve_body(ax, shape, (axis, foot), springs=d > 0.15 * bore)
+        upper = foot + shape.height + wall
+        # Its label stands above that of the intake, however low the valve is.
+        highest = max(upper + 0.22 * bore, elbow + 0.5 * bore)
+        _dimension(
+            ax,
+            (axis - 0.5 * d, upper),
+            (axis + 0.5 * d, upper),
+            f"valve ⌀{_number(d)}, stroke {_number(shape.stroke)}",
+            away=(0.0, 0.06 * bore),
+            beside=(0.05 * bore, highest - upper - 0.06 * bore),
+        )
+        outer = axis - 0.5 * d - wall
+    else:
+        _label(ax, (axis, port + pipe + 0.1 * bore), f"intake by {INTAKES[machine.engine.intake]}")
+        outer = axis
+
+    # Receiver: a sphere of its volume, with the feed from the regulator.
+    volume, feed = machine.engine.receiver.volume, 1e3 * _diameter_of(machine.engine.receiver.feed_area)
+    radius = inf if volume == inf else 1e3 * (0.75 * volume / pi) ** (1.0 / 3.0)
+    is_to_scale = radius <= MAX_RECEIVER * engine_height
+    drawn = radius if is_to_scale else MAX_RECEIVER * engine_height
+    gap = 0.22 * bore
+    middle = outer - gap - drawn
+    _block(ax, Box(middle, port - pipe, outer - middle, channel), SUPPLY_AIR, 1.9, lw=0.6)
+    end = middle - drawn - gap
+    _block(ax, Box(end, port - 0.5 * feed, middle - end, feed), SUPPLY_AIR, 1.9, lw=0.6)
+    ax.add_patch(
+        Circle((middle, port), drawn, fc=SUPPLY_AIR, ec=LINE, lw=0.8, zorder=2.2, ls="-" if is_to_scale else "--")
+    )
+    text = "endless receiver" if volume == inf else f"receiver {1e3 * volume:.3g} L\n⌀{_number(2.0 * radius)}"
+    _label(ax, (middle, port), text + ("" if is_to_scale else "\n(not to scale)"), color=LINE)
+    pressure = (machine.supply.pressure - machine.ambient.pressure) / 1e6
+    under = f"supply {pressure:.3g} MPa gauge\nfeed ⌀{_number(feed)}"
+    _label(ax, (middle, port - max(drawn, 0.5 * feed) - 0.04 * bore), under, va="top")
+    return min(end, middle - 0.5 * bore), max(highest + 0.1 * bore, port + drawn)
+
+
+def draw_valve(ax: Axes, machine: Machine) -> None:
+    """Draw the intake valve, closed, to scale and enlarged, with chambers, groove, springs and solenoids, in mm."""
+    shape = valve_shape(machine)
+    d, wall, height = shape.diameter, shape.wall, shape.height
+    unit = max(d + 2.0 * wall, height + 2.0 * wall)
+    _draw_valve_body(ax, shape, (0.0, 0.0), springs=True)
+    top, edge = shape.clearance + shape.length, 0.5 * d + wall
+
+    # A solenoid for each chamber on the left, its orifice to scale, with control air and vent.
+    box = 0.2 * unit
+    for name, low, high, pressurised in (("B", 0.0, shape.clearance, False), ("A", top, height, True)):
+        middle = 0.5 * (low + high)
+        at = min(middle, 0.5 * box - wall) if name == "B" else max(middle, height + wall - 0.5 * box)
+        near = -edge - 0.1 * unit
+        pipe = min(shape.orifice, 0.9 * (high - low), 0.8 * box)
+        colour = SUPPLY_AIR if pressurised else AIR
+        level = min(max(middle, at - 0.5 * box + pipe), at + 0.5 * box - pipe)
+        _block(ax, Box(near, level - 0.5 * pipe, -0.5 * d - near, pipe), colour, 2.6, lw=0.6)
+        corner = (near - box, at - 0.5 * box)
+        ax.add_patch(
+            FancyBboxPatch(
+                corner,
+                box,
+                box,
+                boxstyle=f"round,pad=0,rounding_size={0.03 * unit}",
+                fc=METAL,
+                ec=LINE,
+                lw=0.8,
+                zorder=2,
+            )
+        )
+        ax.add_patch(Circle((near - 0.5 * box, at), 0.5 * shape.orifice, fc=colour, ec=LINE, lw=0.8, zorder=3))
+        text = "control air" if pressurised else "vent"
+        ax.annotate(
+            text,
+            (near - box, at),
+            (near - box - 0.1 * unit, at),
+            arrowprops={"arrowstyle": "-|>" if pressurised else "<|-", "color": LINE, "lw": 0.9},
+            fontsize=DIMENSION,
+            ha="right",
+            va="center",
+        )
+        _label(ax, (near - 0.5 * box, at - (0.5 * box + 0.04 * unit) * (1 if name == "B" else -1)), f"solenoid {name}")
+        _label(ax, (0.33 * d, middle), name, color=LINE, weight="bold")
+    start = (-edge - 0.1 * unit - 0.5 * box - 0.5 * shape.orifice, max(0.5 * (top + height), height + wall - 0.5 * box))
+    _dimension(
+        ax,
+        start,
+        (start[0] + shape.orifice, start[1]),
+        f"orifice ⌀{_number(shape.orifice)}",
+        beside=(-0.1 * unit, -0.2 * unit),
+    )
+
+    # Dimensions: on the right what lies along the axis, above the diameter.
+    _dimension(ax, (-0.5 * d, height + wall), (0.5 * d, height + wall), f"piston ⌀{_number(d)}", away=(0.0, 0.1 * unit))
+    right = edge + 0.06 * unit
+    far = 0.16 * unit
+    clear = f"clearance {_number(shape.clearance)}"
+    _dimension(ax, (edge, 0.0), (edge, shape.clearance), clear, away=(0.06 * unit, 0), beside=(far, -0.06 * unit))
+    _dimension(
+        ax, (edge, height - shape.clearance), (edge, height), clear, away=(0.06 * unit, 0), beside=(far, 0.06 * unit)
+    )
+    _dimension(
+        ax,
+        (edge, top),
+        (edge, top + shape.stroke),
+        f"stroke {_number(shape.stroke)}",
+        away=(0.1 * unit, 0),
+        beside=(far - 0.04 * unit, 0.0),
+    )
+    port = shape.port
+    _dimension(
+        ax,
+        (edge, port),
+        (edge, port + shape.groove),
+        f"port {_number(shape.groove)}",
+        away=(0.06 * unit, 0),
+        beside=(far, 0.02 * unit),
+    )
+    if shape.lap > 0.0:
+        _dimension(
+            ax,
+            (edge, port - shape.lap),
+            (edge, port),
+            f"lap {_number(shape.lap)}",
+            away=(0.1 * unit, 0),
+            beside=(far - 0.04 * unit, -0.07 * unit),
+        )
+    _label(ax, (0.0, shape.clearance + shape.land + 0.5 * shape.groove), "groove", color="black")
+    _label(
+        ax,
+        (right + far, port - 0.2 * unit),
+        f"at full lift {pi * shape.opening**2 / 4:.3g} mm²,\na circle of ⌀{_number(shape.opening)}",
+        ha="left",
+    )
+    _finish(
+        ax, (-edge - 0.75 * unit, right + far + 0.42 * unit), (-wall - 0.1 * unit, height + wall + 0.16 * unit), unit
+    )
+
+
+def _finish(ax: Axes, across: tuple[float, float], along: tuple[float, float], size: float) -> None:
+    """Set the limits of a drawing [mm], and draw a scale of a round length, about a quarter of a `size`."""
+    margin = 0.06 * size
+    ax.set(xlim=(across[0] - margin, across[1] + margin), ylim=(along[0] - 3.0 * margin, along[1] + margin))
+    ax.set_aspect("equal")
+    ax.axis("off")
+    decade = 10.0 ** len(str(int(0.4 * size))) / 10.0 if size >= 2.5 else 0.1
+    length = max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= max(0.4 * size, decade))
+    x, y = across[0], along[0] - 2.2 * margin
+    ax.plot([x, x + length], [y, y], color="black", lw=3, solid_capstyle="butt", zorder=7)
+    ax.text(x, y + 0.3 * margin, f"{length:g} mm", fontsize=DIMENSION, ha="left", va="bottom")
+
+
+def machine_figure(machine: Machine) -> Figure:
+    """Draw a machine to scale: the engine at 60 deg of the crank, and its intake valve enlarged."""
+    is_epv = machine.engine.intake == EPV
+    options = {"width_ratios": (1.25, 1.0)} if is_epv else {}
+    figure, axes = open_row(2 if is_epv else 1, SIZE, gridspec_kw=options)
+    engine = figure.get_layout_engine()
+    if isinstance(engine, ConstrainedLayoutEngine):
+        engine.set(rect=(0.0, 0.035, 1.0, 0.935))  # title and last line stand free
+    draw_engine(axes[0], machine)
+    count = "" if machine.engine.cylinders == 1.0 else f", one of {machine.engine.cylinders:g} cylinders"
+    swept = 1e6 * swept_volume(machine.engine)
+    axes[0].set_title(f"engine of {_number(swept)} cm³{count}, 60° after TDC")
+    if is_epv:
+        draw_valve(axes[1], machine)
+        axes[1].set_title("intake valve, closed, enlarged")
+    figure.text(
+        0.01,
+        0.008,
+        "Lengths in mm, to scale. ⌀ of intake, exhaust, feed and orifice: circles of the effective area. Walls, "
+        "lengths of pistons and housings are no part of the machine file.",
+        fontsize=7.5,
+        color="0.35",
+    )
+    return figure
+
+
+def write_machine_figure(machine: Machine, path: str | PathLike[str], *, overwrite: bool = False) -> None:
+    """Write the picture of a machine as PNG, SVG or PDF, by the ending of the file."""
+    with matplotlib.rc_context(STYLE):
+        write_figure(machine_figure(machine), path, overwrite=overwrite)
