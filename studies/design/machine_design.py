@@ -274,6 +274,7 @@ def design_machine(
 
     # The answers in SI. Gauge pressures stand above the answered surroundings, those of the machine move with them.
     surroundings = arguments.quantity("ambient_pressure", ambient_pressure, declarations()["ambient_pressure"])
+    arguments.refuse()
     if surroundings is not None:
         machine = machine.with_(**{"ambient.pressure": surroundings})
         arguments.ambient_pressure = machine.ambient.pressure
@@ -357,7 +358,7 @@ def _clipped(row: Derived) -> str:
 
 
 def _origins(given: Mapping[str, str], derived: Sequence[Derived]) -> dict[str, str]:
-    """Where each number comes from, by key, in the order of the machine file."""
+    """Origins of all numbers, by key, in the order of the machine file."""
     found = dict.fromkeys((*FIRST_KEYS, "valve.solenoid.ramp_time"), "default: not answered")
     found |= {key: f"default: {reason}" for key, reason in KEPT.items()}
     found |= {row.key: f"derived: {row.rule}" for row in derived} | dict(given)

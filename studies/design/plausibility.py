@@ -84,7 +84,8 @@ def _girth(point: Point) -> Iterator[str]:
     girth, open_lift = sqrt(4.0 * pi * valve.piston_area), valve.stroke - point.lap
     width = groove.effective_area / (OPENING * open_lift)
     if width > MAX_GIRTH * girth:
-        needed = groove.effective_area / (OPENING * MAX_GIRTH * girth) + point.lap
+        # The lap stays its part of the stroke.
+        needed = groove.effective_area / (OPENING * MAX_GIRTH * girth) * valve.stroke / open_lift
         yield (
             f"the groove does not fit the valve: over {1e3 * open_lift:.3g} mm of open lift "
             f"{1e6 * groove.effective_area:.4g} mm2 need an opening {1e3 * width:.3g} mm wide, and the piston is "
