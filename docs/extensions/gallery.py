@@ -9,6 +9,7 @@ from sphinx.application import Sphinx
 ORDER = [
     "first_run",
     "own_machine",
+    "own_engine",
     "sweep_over_pressure",
     "cam_against_epv",
     "what_limits_30_hz",
