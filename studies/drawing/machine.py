@@ -6,7 +6,7 @@ usually are, and bear no dimension. Areas that are only known as effective ones 
 
 from math import cos, inf, pi, radians, sin, sqrt
 from os import PathLike
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -19,7 +19,7 @@ from apesim.engine.kinematics import swept_volume
 from apesim.engine.machine import Machine
 from apesim.studies.drawing.files import write_figure
 from apesim.studies.drawing.panels import open_row
-from apesim.studies.drawing.style import BLUE, RED, STYLE
+from apesim.studies.drawing.style import BLUE, RED, STYLE, Look
 from apesim.valve.groove import area_table, lap_of
 
 CRANK_ANGLE = radians(60.0)
@@ -105,8 +105,9 @@ def _diameter_of(area: float) -> float:
     return sqrt(4.0 * area / pi)
 
 
-def _block(ax: Axes, box: Box, colour: str, zorder: float = 2.0, **look: object) -> None:
-    ax.add_patch(Rectangle(box[:2], *box[2:], **{"fc": colour, "ec": LINE, "lw": 0.8, "zorder": zorder} | look))
+def _block(ax: Axes, box: Box, colour: str, zorder: float = 2.0, **look: Any) -> None:
+    usual: Look = {"fc": colour, "ec": LINE, "lw": 0.8, "zorder": zorder}
+    ax.add_patch(Rectangle(box[:2], *box[2:], **usual | look))
 
 
 def _number(length: float) -> str:
@@ -134,9 +135,9 @@ def _dimension(
     if beside is None:
         ax.annotate("", moved[0], moved[1], arrowprops=arrow, zorder=6)
         is_upright = abs(moved[1][1] - moved[0][1]) > abs(moved[1][0] - moved[0][0])
-        look = {"ha": "center", "va": "center", "rotation": 90 if is_upright else 0}
+        look: Look = {"ha": "center", "va": "center", "rotation": 90 if is_upright else 0}
         white = {"fc": "white", "ec": "none", "pad": 1.2, "alpha": 0.92}
-        ax.text(*middle, text, fontsize=DIMENSION, bbox=white, zorder=7, **look)
+        ax.text(middle[0], middle[1], text, fontsize=DIMENSION, bbox=white, zorder=7, **look)
         return
     # A short length: a bold line for it, and a thin one that leads to its text.
     ax.plot(*zip(*moved, strict=True), color=RED, lw=1.8, zorder=6, solid_capstyle="butt")
@@ -147,9 +148,10 @@ def _dimension(
     ax.text(*target, f" {text} ", fontsize=DIMENSION, ha=side, va="center", zorder=7, bbox=white)
 
 
-def _label(ax: Axes, at: tuple[float, float], text: str, **look: object) -> None:
+def _label(ax: Axes, at: tuple[float, float], text: str, **look: Any) -> None:
     """Write what a part is."""
-    ax.text(*at, text, **{"fontsize": DIMENSION, "ha": "center", "va": "center", "zorder": 7, "color": BLUE} | look)
+    usual: Look = {"fontsize": DIMENSION, "ha": "center", "va": "center", "zorder": 7, "color": BLUE}
+    ax.text(*at, text, **usual | look)
 
 
 def _draw_spring(ax: Axes, x: float, low: float, high: float, width: float) -> None:
@@ -279,7 +281,8 @@ def draw_engine(ax: Axes, machine: Machine) -> None:
     ax.plot([offset - 0.5 * bore, right + gap], 2 * [top], color=BLUE, lw=0.6, ls=":", zorder=3.8)
     ax.plot([offset - 0.5 * bore, right + gap], 2 * [bottom], color=BLUE, lw=0.6, ls=":", zorder=3.8)
     _label(ax, (right + gap + 0.05 * bore, bottom), "BDC", ha="left")
-    _finish(ax, (left, right + 0.85 * bore), (lowest, highest), bore)
+    across = min(left, -1.3 * crank), max(right + 0.85 * bore, 1.3 * crank)
+    _finish(ax, across, (lowest, highest), bore)
 
 
 def _draw_intake(ax: Axes, machine: Machine, head: Box, engine_height: float) -> tuple[float, float]:
@@ -300,7 +303,7 @@ def _draw_intake(ax: Axes, machine: Machine, head: Box, engine_height: float) ->
     # The channel down into the cylinder, as wide as a circle of the groove's effective area.
     pipe = 0.5 * channel
     elbow = port + pipe
-    side = axis + 0.5 * d + (wall if is_epv else -0.5 * d)
+    side = axis + 0.5 * d + wall if is_epv else x - pipe - 0.75 * bore
     _block(ax, Box(x - pipe, low, channel, elbow - low), SUPPLY_AIR, 2.1, lw=0.6)
     _block(ax, Box(side, port - pipe, max(x - pipe - side, 0.0), channel), SUPPLY_AIR, 2.1, lw=0.6)
     _dimension(
@@ -327,14 +330,15 @@ def _draw_intake(ax: Axes, machine: Machine, head: Box, engine_height: float) ->
         )
         outer = axis - 0.5 * d - wall
     else:
-        _label(ax, (axis, port + pipe + 0.1 * bore), f"intake by {INTAKES[machine.engine.intake]}")
-        outer = axis
+        outer = x - pipe - 0.75 * bore
+        below = port - pipe - 0.03 * bore
+        _label(ax, (0.5 * (outer + x - pipe), below), f"intake by {INTAKES[machine.engine.intake]}", va="top")
 
     # Receiver: a sphere of its volume, with the feed from the regulator.
     volume, feed = machine.engine.receiver.volume, 1e3 * _diameter_of(machine.engine.receiver.feed_area)
     radius = inf if volume == inf else 1e3 * (0.75 * volume / pi) ** (1.0 / 3.0)
     is_to_scale = radius <= MAX_RECEIVER * engine_height
-    drawn = radius if is_to_scale else MAX_RECEIVER * engine_height
+    drawn = radius if is_to_scale else (0.5 if radius == inf else 1.0) * MAX_RECEIVER * engine_height
     gap = 0.22 * bore
     middle = outer - gap - drawn
     _block(ax, Box(middle, port - pipe, outer - middle, channel), SUPPLY_AIR, 1.9, lw=0.6)
@@ -346,7 +350,7 @@ def _draw_intake(ax: Axes, machine: Machine, head: Box, engine_height: float) ->
     text = "endless receiver" if volume == inf else f"receiver {1e3 * volume:.3g} L\n⌀{_number(2.0 * radius)}"
     _label(ax, (middle, port), text + ("" if is_to_scale else "\n(not to scale)"), color=LINE)
     pressure = (machine.supply.pressure - machine.ambient.pressure) / 1e6
-    under = f"supply {pressure:.3g} MPa gauge\nfeed ⌀{_number(feed)}"
+    under = f"supply {pressure:.3g} MPa gauge" + (f"\nfeed ⌀{_number(feed)}" if volume < inf else "")
     _label(ax, (middle, port - max(drawn, 0.5 * feed) - 0.04 * bore), under, va="top")
     return min(end, middle - 0.5 * bore), max(highest + 0.1 * bore, port + drawn)
 
