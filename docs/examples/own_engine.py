@@ -43,7 +43,7 @@ toy.plot(ax)
 fixed = apesim.run_engine(toy.machine, speed="3000 rpm")
 print(f"fixed command: opens at {fixed['valve_open_deg']:.0f}°, {fixed['brake_torque']:.2f} N·m")
 timing = apesim.correct_timing(
-    toy.machine, "-5 deg, 70 deg", speed="3000 rpm", pressure="0.6 MPa gauge", temperature="287 K"
+    toy.machine, target="-5 deg, 70 deg", speed="3000 rpm", pressure="0.6 MPa gauge", temperature="287 K"
 )
 [row] = timing.to_pandas().to_dict("records")
 print(f"corrected: opens at {row['valve_open_deg']:.0f}°, {row['brake_torque']:.2f} N·m")

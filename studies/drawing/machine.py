@@ -459,6 +459,7 @@ def _finish(ax: Axes, across: tuple[float, float], along: tuple[float, float], s
     """Set the limits of a drawing [mm], and draw a scale of a round length, about a quarter of a `size`."""
     margin = 0.06 * size
     ax.set(xlim=(across[0] - margin, across[1] + margin), ylim=(along[0] - 3.0 * margin, along[1] + margin))
+    ax.set(xlabel="width [mm]", ylabel="height [mm]")  # seen where a user switches the axes on
     ax.set_aspect("equal")
     ax.axis("off")
     decade = 10.0 ** len(str(int(0.4 * size))) / 10.0 if size >= 2.5 else 0.1
