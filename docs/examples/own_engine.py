@@ -31,16 +31,17 @@ for key in ("engine.bore", "groove.effective_area", "valve.moving_mass"):
 toy.write(out / "toy.toml", overwrite=True)
 
 # %%
-# The machine to scale:
+# The machine to scale, lengths in millimetres, and its indicator diagram at the rated speed:
 
-_, ax = plt.subplots(figsize=(6.4, 7.2), layout="constrained")
-toy.plot(ax)
+fixed = apesim.run_engine(toy.machine, speed="3000 rpm")
+_, (left, right) = plt.subplots(1, 2, figsize=(10.5, 6.4), width_ratios=(1.4, 1.0), layout="constrained")
+toy.plot(left)
+fixed.plot(right, "indicator diagram")
 
 # %%
 # It runs like any other machine. Its valve is late by the solenoid's dead time, which does not shrink with the engine:
 # at 3000 r/min the 1.5 ms of the default solenoid valve are 27 degrees. So the command angles have to be corrected.
 
-fixed = apesim.run_engine(toy.machine, speed="3000 rpm")
 print(f"fixed command: opens at {fixed['valve_open_deg']:.0f}°, {fixed['brake_torque']:.2f} N·m")
 timing = apesim.correct_timing(
     toy.machine, target="-5 deg, 70 deg", speed="3000 rpm", pressure="0.6 MPa gauge", temperature="287 K"
