@@ -36,11 +36,12 @@ toy.write(out / "toy.toml", overwrite=True)
 fixed = apesim.run_engine(toy.machine, speed="3000 rpm")
 _, (left, right) = plt.subplots(1, 2, figsize=(10.5, 6.4), width_ratios=(1.4, 1.0), layout="constrained")
 toy.plot(left)
-fixed.plot(right, "indicator diagram")
+fixed.plot(right, "indicator diagram").set_title("3000 r/min, fixed command")
 
 # %%
 # It runs like any other machine. Its valve is late by the solenoid's dead time, which does not shrink with the engine:
-# at 3000 r/min the 1.5 ms of the default solenoid valve are 27 degrees. So the command angles have to be corrected.
+# at 3000 r/min the 1.5 ms of the default solenoid valve are 27 degrees. Until it opens, the air in the clearance expands
+# below ambient pressure, as the diagram shows. So the command angles have to be corrected.
 
 print(f"fixed command: opens at {fixed['valve_open_deg']:.0f}°, {fixed['brake_torque']:.2f} N·m")
 timing = apesim.correct_timing(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,13 +57,20 @@ class MachineDesign:
     warnings: tuple[str, ...]
 
     def __repr__(self) -> str:
-        lines = [f"machine for {self.rated_speed / RPM:g} r/min", *self._rows()]
+        values, origins = self._values(), self.origins.items()
+        answered = [f"  {key} = {values[key]}" for key, text in origins if text.startswith("answered")]
+        derived = sum(text.startswith("derived") for text in self.origins.values())
+        lines = [f"machine for {self.rated_speed / RPM:g} r/min", *answered, f"  and {derived} keys that follow"]
         return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings)])
 
-    def _rows(self) -> list[str]:
-        """Key, value and origin of each number that was answered or derived, a line each."""
+    def _repr_html_(self) -> str:
         values = self._values()
-        return [f"  {key} = {values[key]}  ({text})" for key, text in self.origins.items()]
+        rows = [(key, values[key], text) for key, text in self.origins.items()]
+        cells = ["".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows]
+        warned = [f"<div>warning: {escape(text)}</div>" for text in self.warnings]
+        caption = f"<caption>machine for {self.rated_speed / RPM:g} r/min</caption>"
+        body = "".join(f"<tr>{row}</tr>" for row in cells)
+        return f"<table>{caption}<tbody>{body}</tbody></table>{''.join(warned)}"
 
     def _values(self) -> dict[str, str]:
         """Value of each key in `origins`, as text."""

@@ -2,7 +2,6 @@
 
 import json
 import os
-import pty
 import signal
 import subprocess
 import sys
@@ -78,7 +77,7 @@ def test_the_figure_is_written_in_the_format_of_its_ending(apesim, ending):
 
 def on_terminal(folder, typed, interrupt=False):
     """Run the command on a terminal of its own; returns its exit code and what the terminal showed."""
-    main, other = pty.openpty()
+    main, other = pytest.importorskip("pty").openpty()
     environment = os.environ | {"COLUMNS": "200"}
     command = [sys.executable, "-m", "apesim.studies.commands.cli", "new", "mine.toml"]
     process = subprocess.Popen(command, cwd=folder, stdin=other, stdout=other, stderr=other, env=environment)
@@ -99,7 +98,6 @@ def on_terminal(folder, typed, interrupt=False):
     return process.wait(), shown.decode()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 def test_a_terminal_is_asked_and_enter_takes_what_is_shown(tmp_path):
     code, shown = on_terminal(tmp_path, b"\n\n\n\n\n60\n60 mm\n" + b"\n" * 12)
     assert code == 0 and "has no unit" in shown

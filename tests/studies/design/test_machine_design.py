@@ -72,6 +72,15 @@ def test_ports_are_as_fast_at_twice_the_speed_of_half_the_engine():
     assert one.groove == other.groove and one.engine.exhaust == other.engine.exhaust
 
 
+def test_each_number_of_the_file_says_where_it_comes_from():
+    design = design_machine(**TOY)
+    text = " ".join(design.to_toml().replace("#", "").split())
+    for key, origin in design.origins.items():
+        assert key.rpartition(".")[2] in text and origin in text
+    assert {origin.partition(":")[0] for origin in design.origins.values()} == {"answered", "derived", "default"}
+    assert len(repr(design).splitlines()) < 8 and design._repr_html_().count("<tr>") == len(design.origins)
+
+
 def test_gauge_pressures_stand_above_the_answered_surroundings():
     machine = design_machine(ambient_pressure="80 kPa abs", supply_pressure="0.5 MPa gauge").machine
     assert machine.supply.pressure == pytest.approx(0.58e6)
