@@ -40,8 +40,8 @@ fixed.plot(right, "indicator diagram").set_title("3000 r/min, fixed command")
 
 # %%
 # It runs like any other machine. Its valve is late by the solenoid's dead time, which does not shrink with the engine:
-# at 3000 r/min the 1.5 ms of the default solenoid valve are 27 degrees. Until it opens, the air in the clearance expands
-# below ambient pressure, as the diagram shows. So the command angles have to be corrected.
+# at 3000 r/min the 1.5 ms of the default solenoid valve are 27 degrees. Until it opens, the air in the clearance
+# expands below ambient pressure, as the diagram shows. So the command angles have to be corrected.
 
 print(f"fixed command: opens at {fixed['valve_open_deg']:.0f}°, {fixed['brake_torque']:.2f} N·m")
 timing = apesim.correct_timing(

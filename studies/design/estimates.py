@@ -98,3 +98,8 @@ def solenoid_for(point: Point, time: float) -> float:
     per_metre = time / (2.0 * (valve.stroke - point.lap))
     filling = max(per_metre - _friction(point), MIN_FILLING * per_metre)
     return valve.piston_area / (filling * point.choked_velocity)
+
+
+def three(number: float) -> str:
+    """A number in three digits, without a power of ten."""
+    return f"{float(f'{number:.3g}'):g}"

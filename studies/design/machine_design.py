@@ -12,7 +12,7 @@ from apesim.engine.first_keys import FIRST_KEYS
 from apesim.engine.machine import Machine
 from apesim.quantities.arguments import Given, WithUnit
 from apesim.quantities.printing import OTHERS
-from apesim.quantities.settings import differences, dumps
+from apesim.quantities.settings import differences, dumps, replaced
 from apesim.quantities.trees import schema, with_value
 from apesim.restriction import AREA_OF_CONDUCTANCE
 from apesim.studies.design.conductance import effective_area_of
@@ -257,7 +257,7 @@ def design_machine(
     >>> import apesim
     >>> design = apesim.design_machine(bore="60 mm", stroke="60 mm", rated_speed="1500 rpm")
     >>> design.machine.engine.receiver.volume, design.origins["engine.receiver.volume"]
-    (0.0003398, 'derived: 2.00 swept volumes (chosen)')
+    (0.0003398, 'derived: 2.00 swept volumes, at most 1 m3 (chosen)')
     """
     answers = {
         "ambient_pressure": ambient_pressure,
@@ -313,7 +313,8 @@ def design_machine(
         derived = [row for row in derived if row.key != "valve.solenoid.effective_area"]
         given["valve.solenoid.effective_area"] = origin
     warnings = [_clipped(row) for row in derived if row.is_clipped] + find_oddities(machine, speed)
-    return MachineDesign(machine.with_(), float(speed), _origins(given, derived), tuple(warnings))
+    whole = replaced(machine, {}, "design_machine()")  # what does not go together is refused
+    return MachineDesign(whole, float(speed), _origins(given, derived), tuple(warnings))
 
 
 def _check_discharge(arguments: Any, values: Mapping[str, Any], tests: Sequence[Any] | None) -> None:

@@ -9,7 +9,7 @@ from math import pi, sqrt
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cylinder import EPV
 from apesim.engine.machine import Machine
-from apesim.studies.design.estimates import RPM, Point, lap_to_lap
+from apesim.studies.design.estimates import MIN_GAUGE, RPM, Point, lap_to_lap, solenoid_for, three
 
 EDGE = 1.0 * DEGREE
 """Angle by which both ends of a window together may miss their targets, as `apesim engine limit` has it."""
@@ -33,15 +33,20 @@ MIN_FORCE = 1.5
 
 
 def _limit(point: Point) -> Iterator[str]:
-    time = lap_to_lap(point)
-    limit = (point.window + EDGE) / time / RPM
-    if point.machine.engine.intake == EPV and limit < point.rpm:
-        yield (
-            f"the intake valve keeps its window of {point.window / DEGREE:.3g} deg up to about {limit:.0f} r/min, and "
-            f"the rated speed is {point.rpm:.0f} r/min: open and closed again takes {1e3 * time:.3g} ms; give it "
-            f"{point.rpm / limit:.2g} times the solenoid's area, a shorter stroke or a longer window, and see "
-            "apesim engine limit"
-        )
+    time, allowed = lap_to_lap(point), (point.window + EDGE) / point.speed
+    if point.machine.engine.intake != EPV or time <= allowed or _is_weak(point):
+        return  # a valve that its control air hardly moves is said to be so
+    area = solenoid_for(point, allowed)
+    solenoid = point.machine.valve.solenoid._replace(effective_area=area)
+    faster = point.machine._replace(valve=point.machine.valve._replace(solenoid=solenoid))
+    helps = lap_to_lap(point._replace(machine=faster)) <= allowed * 1.001
+    remedy = f"valve.solenoid.effective_area {three(1e6 * area)} mm2, " if helps else ""
+    yield (
+        f"the intake valve keeps its window of {three(point.window / DEGREE)} deg up to about "
+        f"{three((point.window + EDGE) / time / RPM)} r/min, and the rated speed is {three(point.rpm)} r/min: open "
+        f"and closed again takes {three(1e3 * time)} ms; give {remedy}a shorter stroke or a longer window, and see "
+        "apesim engine limit"
+    )
 
 
 def _lateness(point: Point) -> Iterator[str]:
@@ -52,17 +57,17 @@ def _lateness(point: Point) -> Iterator[str]:
     share = late * point.speed / TURN
     if point.machine.engine.intake == EPV and share > MAX_LATENESS:
         yield (
-            f"a solenoid needs {1e3 * late:.3g} ms to open, which is {360 * share:.0f} deg of the crank at the rated "
-            "speed: take a faster one, or a lower speed"
+            f"a solenoid needs {three(1e3 * late)} ms to open, which is {360 * share:.0f} deg of the crank at the "
+            "rated speed: take a faster one, or a lower speed"
         )
 
 
 def _choked_groove(point: Point) -> Iterator[str]:
     if point.needed_area > point.full_area:
         yield (
-            f"the groove chokes at the rated speed: the piston draws {1e3 * point.drawn:.3g} L/s before the intended "
-            f"closing, and {1e6 * point.full_area:.4g} mm2 pass {1e3 * point.full_area * point.choked_velocity:.3g} "
-            f"L/s at most; give groove.effective_area {1e6 * point.needed_area:.4g} mm2, or a lower speed"
+            f"the groove chokes at the rated speed: the piston draws {three(1e3 * point.drawn)} L/s before the "
+            f"intended closing, and {1e6 * point.full_area:.4g} mm2 pass "
+            f"{three(1e3 * point.full_area * point.choked_velocity)} L/s at most; give groove.effective_area {1e6 * point.needed_area:.4g} mm2, or a lower speed"
         )
 
 
@@ -71,9 +76,9 @@ def _long_stroke(point: Point) -> Iterator[str]:
     if point.machine.engine.intake == EPV and share < MIN_GROOVE:
         enough = 1e3 * (point.lap + (valve.stroke - point.lap) * share)
         yield (
-            f"the valve's stroke of {1e3 * valve.stroke:.3g} mm is longer than its groove needs: the engine draws what "
-            f"{1e6 * point.needed_area:.3g} of its {1e6 * point.full_area:.4g} mm2 pass; {enough:.2g} mm would do, and "
-            "the valve would be faster and use less control air"
+            f"the valve's stroke of {three(1e3 * valve.stroke)} mm is longer than its groove needs: the engine draws "
+            f"what {three(1e6 * point.needed_area)} of its {1e6 * point.full_area:.4g} mm2 pass; {enough:.2g} mm would "
+            "do, and the valve would be faster and use less control air"
         )
 
 
@@ -87,19 +92,30 @@ def _girth(point: Point) -> Iterator[str]:
         # The lap stays its part of the stroke.
         needed = groove.effective_area / (OPENING * MAX_GIRTH * girth) * valve.stroke / open_lift
         yield (
-            f"the groove does not fit the valve: over {1e3 * open_lift:.3g} mm of open lift "
-            f"{1e6 * groove.effective_area:.4g} mm2 need an opening {1e3 * width:.3g} mm wide, and the piston is "
-            f"{1e3 * girth:.3g} mm round; give a stroke of {1e3 * needed:.3g} mm or more, or a larger piston"
+            f"the groove does not fit the valve: over {three(1e3 * open_lift)} mm of open lift "
+            f"{1e6 * groove.effective_area:.4g} mm2 need an opening {three(1e3 * width)} mm wide, and the piston is "
+            f"{three(1e3 * girth)} mm round; give a stroke of {three(1e3 * needed)} mm or more, or a larger piston"
         )
 
 
-def _control_force(point: Point) -> Iterator[str]:
+def _forces(point: Point) -> tuple[float, float]:
+    """Pressure force on the valve's piston, and the springs' at a stop [N]."""
     valve = point.machine.valve
-    force, spring = point.control_gauge * valve.piston_area, valve.spring_rate * valve.stroke
-    if point.machine.engine.intake == EPV and force < MIN_FORCE * spring:
+    return point.control_gauge * valve.piston_area, valve.spring_rate * valve.stroke
+
+
+def _is_weak(point: Point) -> bool:
+    """Whether the control air hardly moves the valve."""
+    force, spring = _forces(point)
+    return force < max(MIN_FORCE * spring, MIN_GAUGE * point.machine.valve.piston_area)
+
+
+def _control_force(point: Point) -> Iterator[str]:
+    force, spring = _forces(point)
+    if point.machine.engine.intake == EPV and _is_weak(point):
         yield (
-            f"the control air hardly moves the valve: {force:.3g} N of pressure against {spring:.3g} N of springs at "
-            "the stop; raise supply.control_pressure, or take a softer spring or a larger piston"
+            f"the control air hardly moves the valve: {three(force)} N of pressure against {three(spring)} N of springs "
+            "at the stop; raise supply.control_pressure, or take a softer spring or a larger piston"
         )
 
 
@@ -116,7 +132,7 @@ def _piston_speed(point: Point) -> Iterator[str]:
     speed = point.machine.engine.stroke * point.speed / pi
     if speed > MAX_PISTON_SPEED:
         yield (
-            f"the engine's piston moves at {speed:.3g} m/s in the mean at {point.rpm:.0f} r/min, and few engines "
+            f"the engine's piston moves at {three(speed)} m/s in the mean at {point.rpm:.0f} r/min, and few engines "
             f"exceed {MAX_PISTON_SPEED:g} m/s: lower the rated speed or the stroke"
         )
 
@@ -124,7 +140,7 @@ def _piston_speed(point: Point) -> Iterator[str]:
 def _shape(point: Point) -> Iterator[str]:
     shape = point.machine.engine.stroke / point.machine.engine.bore
     if not SHAPES[0] <= shape <= SHAPES[1]:
-        yield f"the engine's stroke is {shape:.3g} of its bore, and 0.8 to 1.2 are usual: is one of them mistyped?"
+        yield f"the engine's stroke is {three(shape)} of its bore, and 0.8 to 1.2 are usual: is one of them mistyped?"
 
 
 def _clearance(point: Point) -> Iterator[str]:
@@ -133,7 +149,7 @@ def _clearance(point: Point) -> Iterator[str]:
     if height < MIN_CLEARANCE:
         yield (
             f"a compression ratio of {engine.compression_ratio:g} leaves {1e3 * height:.2g} mm above the piston: give "
-            f"{1.0 + engine.stroke / MIN_CLEARANCE:.3g} at most"
+            f"{three(1.0 + engine.stroke / MIN_CLEARANCE)} at most"
         )
 
 
@@ -141,8 +157,8 @@ def _sizes(point: Point) -> Iterator[str]:
     diameter = sqrt(4.0 * point.machine.valve.piston_area / pi)
     if point.machine.engine.intake == EPV and diameter > point.machine.engine.bore:
         yield (
-            f"the valve's piston, {1e3 * diameter:.3g} mm, is larger than the cylinder's bore, "
-            f"{1e3 * point.machine.engine.bore:.3g} mm: its control air may cost more than the engine gives"
+            f"the valve's piston, {three(1e3 * diameter)} mm, is larger than the cylinder's bore, "
+            f"{three(1e3 * point.machine.engine.bore)} mm: its control air may cost more than the engine gives"
         )
 
 
@@ -168,7 +184,7 @@ def find_oddities(machine: Machine, rated_speed: float) -> list[str]:
     >>> find_oddities(Machine(), 1000.0 * RPM)
     []
     >>> print(find_oddities(Machine(), 4500.0 * RPM)[0][:75])
-    the intake valve keeps its window of 75 deg up to about 1071 r/min, and the
+    the intake valve keeps its window of 75 deg up to about 1070 r/min, and the
     """
     point = Point(machine, rated_speed)
     return [text for check in CHECKS for text in check(point)]

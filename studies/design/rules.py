@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from apesim.engine.angles import TURN
 from apesim.engine.kinematics import swept_volume
 from apesim.engine.machine import Machine
+from apesim.engine.receiver import MAX_VOLUME
 from apesim.quantities.trees import schema, with_value
 from apesim.studies.design.estimates import Point, lap_to_lap, solenoid_for
 
@@ -90,7 +91,11 @@ RULES = (
     Rule("engine.rod_length", lambda at: at.machine.engine.stroke / Machine().engine.stroke, "1.70 strokes (chosen)"),
     Rule("groove.effective_area", lambda at: at.demand, MACH),
     Rule("engine.exhaust.effective_area", lambda at: at.demand, MACH),
-    Rule("engine.receiver.volume", lambda at: at.swept, "2.00 swept volumes (chosen)"),
+    Rule(
+        "engine.receiver.volume",
+        lambda at: min(at.swept, MAX_VOLUME / Machine().engine.receiver.volume),
+        "2.00 swept volumes, at most 1 m3 (chosen)",
+    ),
     Rule("engine.receiver.feed_area", lambda at: at.demand, MACH),
     Rule(
         "shaft.inertia",
@@ -123,8 +128,7 @@ RULES = (
     Rule(
         "valve.solenoid.effective_area",
         lambda at: at.solenoid,
-        "so that at the rated speed the valve opens and closes in the crank angle of the default one, by the estimate "
-        "2 (stroke - lap) (piston area/(area x 197 m/s at 287 K) + viscous friction/(pressure x piston area)) (chosen)",
+        "lap to lap in 71 deg at rated speed: t = 2 (stroke - lap) (A/(197 m/s S) + beta/(p A)) (chosen)",
     ),
 )
 """Rules in the order in which they are applied: each may use what those before it gave."""

@@ -365,94 +365,69 @@ def draw_valve(ax: Axes, machine: Machine) -> None:
 
     # A solenoid for each chamber on the left, its orifice to scale, with control air and vent.
     box = 0.2 * unit
+    near, centre = -edge - 0.1 * unit, 0.5 * height
+    feet = {
+        "B": min(0.5 * shape.clearance, 0.5 * box - wall, centre - 0.75 * box),
+        "A": max(0.5 * (top + height), height + wall - 0.5 * box, centre + 0.75 * box),
+    }
     for name, low, high, pressurised in (("B", 0.0, shape.clearance, False), ("A", top, height, True)):
-        middle = 0.5 * (low + high)
-        at = min(middle, 0.5 * box - wall) if name == "B" else max(middle, height + wall - 0.5 * box)
-        near = -edge - 0.1 * unit
+        middle, at, x = 0.5 * (low + high), feet[name], near - 0.5 * box
         pipe = min(shape.orifice, 0.9 * (high - low), 0.8 * box)
         colour = SUPPLY_AIR if pressurised else AIR
-        level = min(max(middle, at - 0.5 * box + pipe), at + 0.5 * box - pipe)
-        _block(ax, Box(near, level - 0.5 * pipe, -0.5 * d - near, pipe), colour, 2.6, lw=0.6)
-        corner = (near - box, at - 0.5 * box)
-        ax.add_patch(
-            FancyBboxPatch(
-                corner,
-                box,
-                box,
-                boxstyle=f"round,pad=0,rounding_size={0.03 * unit}",
-                fc=METAL,
-                ec=LINE,
-                lw=0.8,
-                zorder=2,
-            )
-        )
-        ax.add_patch(Circle((near - 0.5 * box, at), 0.5 * shape.orifice, fc=colour, ec=LINE, lw=0.8, zorder=3))
+        _block(ax, Box(x - 0.5 * pipe, min(middle, at), pipe, abs(at - middle)), colour, 1.8, lw=0.6)
+        _block(ax, Box(x - 0.5 * pipe, middle - 0.5 * pipe, -0.5 * d - x + 0.5 * pipe, pipe), colour, 2.05, lw=0.6)
+        round_box = FancyBboxPatch((near - box, at - 0.5 * box), box, box, f"round,pad=0,rounding_size={0.03 * unit}")
+        round_box.set(fc=METAL, ec=LINE, lw=0.8, zorder=2.2)
+        ax.add_patch(round_box)
+        ax.add_patch(Circle((x, at), 0.5 * shape.orifice, fc=colour, ec=LINE, lw=0.8, zorder=3))
         text = "control air" if pressurised else "vent"
-        ax.annotate(
-            text,
-            (near - box, at),
-            (near - box - 0.1 * unit, at),
-            arrowprops={"arrowstyle": "-|>" if pressurised else "<|-", "color": LINE, "lw": 0.9},
-            fontsize=DIMENSION,
-            ha="right",
-            va="center",
-        )
-        _label(ax, (near - 0.5 * box, at - (0.5 * box + 0.04 * unit) * (1 if name == "B" else -1)), f"solenoid {name}")
+        arrow = {"arrowstyle": "-|>" if pressurised else "<|-", "color": LINE, "lw": 0.9}
+        begin = (near - box - 0.1 * unit, at)
+        ax.annotate(text, (near - box, at), begin, arrowprops=arrow, fontsize=DIMENSION, ha="right", va="center")
+        _label(ax, (x, at + (0.5 * box + 0.04 * unit) * (1 if pressurised else -1)), f"solenoid {name}")
         _label(ax, (0.33 * d, middle), name, color=LINE, weight="bold")
-    start = (-edge - 0.1 * unit - 0.5 * box - 0.5 * shape.orifice, max(0.5 * (top + height), height + wall - 0.5 * box))
-    _dimension(
-        ax,
-        start,
-        (start[0] + shape.orifice, start[1]),
-        f"orifice ⌀{_number(shape.orifice)}",
-        beside=(-0.1 * unit, -0.2 * unit),
-    )
+    start = (near - 0.5 * box - 0.5 * shape.orifice, feet["A"])
+    end = (start[0] + shape.orifice, start[1])
+    _dimension(ax, start, end, f"orifice ⌀{_number(shape.orifice)}", beside=(-0.1 * unit, -0.17 * unit))
 
-    # Dimensions: on the right what lies along the axis, above the diameter.
+    # Dimensions: above the diameter, on the right what lies along the axis, its texts far enough from one another.
     _dimension(ax, (-0.5 * d, height + wall), (0.5 * d, height + wall), f"piston ⌀{_number(d)}", away=(0.0, 0.1 * unit))
-    right = edge + 0.06 * unit
-    far = 0.16 * unit
-    clear = f"clearance {_number(shape.clearance)}"
-    _dimension(ax, (edge, 0.0), (edge, shape.clearance), clear, away=(0.06 * unit, 0), beside=(far, -0.06 * unit))
-    _dimension(
-        ax, (edge, height - shape.clearance), (edge, height), clear, away=(0.06 * unit, 0), beside=(far, 0.06 * unit)
-    )
-    _dimension(
-        ax,
-        (edge, top),
-        (edge, top + shape.stroke),
-        f"stroke {_number(shape.stroke)}",
-        away=(0.1 * unit, 0),
-        beside=(far - 0.04 * unit, 0.0),
-    )
     port = shape.port
-    _dimension(
-        ax,
-        (edge, port),
-        (edge, port + shape.groove),
-        f"port {_number(shape.groove)}",
-        away=(0.06 * unit, 0),
-        beside=(far, 0.02 * unit),
-    )
-    if shape.lap > 0.0:
-        _dimension(
-            ax,
-            (edge, port - shape.lap),
-            (edge, port),
-            f"lap {_number(shape.lap)}",
-            away=(0.1 * unit, 0),
-            beside=(far - 0.04 * unit, -0.07 * unit),
-        )
+    lengths = [
+        (height - shape.clearance, height, f"clearance {_number(shape.clearance)}", 0.06),
+        (top, top + shape.stroke, f"stroke {_number(shape.stroke)}", 0.1),
+        (port, port + shape.groove, f"port {_number(shape.groove)}", 0.06),
+        (port - shape.lap, port, f"lap {_number(shape.lap)}", 0.1),
+        (0.0, shape.clearance, f"clearance {_number(shape.clearance)}", 0.06),
+    ]
+    lengths = [length for length in lengths if length[1] > length[0]]
+    levels = _spread([0.5 * (low + high) for low, high, _, _ in lengths], 0.085 * unit)
+    far = edge + 0.22 * unit
+    for (low, high, text, away), level in zip(lengths, levels, strict=True):
+        beside = (far - edge - away * unit, level - 0.5 * (low + high))
+        _dimension(ax, (edge, low), (edge, high), text, away=(away * unit, 0.0), beside=beside)
     _label(ax, (0.0, shape.clearance + shape.land + 0.5 * shape.groove), "groove", color="black")
-    _label(
-        ax,
-        (right + far, port - 0.2 * unit),
-        f"at full lift {pi * shape.opening**2 / 4:.3g} mm²,\na circle of ⌀{_number(shape.opening)}",
-        ha="left",
-    )
-    _finish(
-        ax, (-edge - 0.75 * unit, right + far + 0.42 * unit), (-wall - 0.1 * unit, height + wall + 0.16 * unit), unit
-    )
+    area = f"groove at full lift {_number(0.25 * pi * shape.opening**2)} mm²,\na circle of ⌀{_number(shape.opening)}"
+    lowest = min(-wall, feet["B"] - 0.5 * box - 0.08 * unit, levels[-1] - 0.05 * unit)
+    _label(ax, (0.0, lowest - 0.07 * unit), area)
+    highest = max(height + wall, feet["A"] + 0.5 * box)
+    _finish(ax, (-edge - 0.7 * unit, far + 0.36 * unit), (lowest - 0.12 * unit, highest + 0.16 * unit), unit)
+
+
+def _spread(levels: list[float], gap: float) -> list[float]:
+    """Move levels, from the highest to the lowest, apart so that no two are closer than a gap.
+
+    >>> _spread([9.0, 4.0, 4.0], 1.0)
+    [9.0, 4.5, 3.5]
+    """
+    found = list(levels)
+    for _ in range(len(found) ** 2):
+        for at in range(len(found) - 1):
+            lack = gap - (found[at] - found[at + 1])
+            if lack > 1e-9:
+                found[at] += 0.5 * lack
+                found[at + 1] -= 0.5 * lack
+    return found
 
 
 def _finish(ax: Axes, across: tuple[float, float], along: tuple[float, float], size: float) -> None:

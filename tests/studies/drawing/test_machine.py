@@ -14,6 +14,7 @@ SIZES = [
     {},
     {"bore": "150 mm", "stroke": "150 mm", "rated_speed": "600 rpm"},
     {"piston_diameter": "6 mm", "valve_stroke": "3 mm"},
+    {"bore": "150 mm", "stroke": "80 mm", "piston_diameter": "60 mm", "valve_stroke": "3 mm"},
 ]
 
 
