@@ -257,7 +257,7 @@ def design_machine(
     >>> import apesim
     >>> design = apesim.design_machine(bore="60 mm", stroke="60 mm", rated_speed="1500 rpm")
     >>> design.machine.engine.receiver.volume, design.origins["engine.receiver.volume"]
-    (0.0003398, 'derived: 2.00 swept volumes, at most 1 m3 (chosen)')
+    (0.0003397, 'derived: 2.00 swept volumes, at most 1 m3 (chosen)')
     """
     answers = {
         "ambient_pressure": ambient_pressure,

@@ -64,10 +64,11 @@ def _lateness(point: Point) -> Iterator[str]:
 
 def _choked_groove(point: Point) -> Iterator[str]:
     if point.needed_area > point.full_area:
+        passed = point.full_area * point.choked_velocity
         yield (
             f"the groove chokes at the rated speed: the piston draws {three(1e3 * point.drawn)} L/s before the "
-            f"intended closing, and {1e6 * point.full_area:.4g} mm2 pass "
-            f"{three(1e3 * point.full_area * point.choked_velocity)} L/s at most; give groove.effective_area {1e6 * point.needed_area:.4g} mm2, or a lower speed"
+            f"intended closing, and {1e6 * point.full_area:.4g} mm2 pass {three(1e3 * passed)} L/s at most; give "
+            f"groove.effective_area {1e6 * point.needed_area:.4g} mm2, or a lower speed"
         )
 
 
@@ -114,8 +115,8 @@ def _control_force(point: Point) -> Iterator[str]:
     force, spring = _forces(point)
     if point.machine.engine.intake == EPV and _is_weak(point):
         yield (
-            f"the control air hardly moves the valve: {three(force)} N of pressure against {three(spring)} N of springs "
-            "at the stop; raise supply.control_pressure, or take a softer spring or a larger piston"
+            f"the control air hardly moves the valve: {three(force)} N of pressure against {three(spring)} N of "
+            "springs at the stop; raise supply.control_pressure, or take a softer spring or a larger piston"
         )
 
 
