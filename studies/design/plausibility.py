@@ -43,8 +43,8 @@ def _limit(point: Point) -> Iterator[str]:
     remedy = f"valve.solenoid.effective_area {three(1e6 * area)} mm2, " if helps else ""
     yield (
         f"the intake valve keeps its window of {three(point.window / DEGREE)} deg up to about "
-        f"{three((point.window + EDGE) / time / RPM)} r/min, and the rated speed is {three(point.rpm)} r/min: open "
-        f"and closed again takes {three(1e3 * time)} ms; give {remedy}a shorter stroke or a longer window, and see "
+        f"{three((point.window + EDGE) / time / RPM)} r/min, and the rated speed is {three(point.rpm)} r/min: to "
+        f"open and close again takes {three(1e3 * time)} ms; give {remedy}a shorter stroke or a longer window, and see "
         "apesim engine limit"
     )
 

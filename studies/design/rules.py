@@ -88,6 +88,7 @@ class Rule(NamedTuple):
 
 MACH = "as swept volume x rated speed: the air is as fast (Taylor's Mach index, Heywood ch. 6)"
 RULES = (
+    Rule("engine.stroke", lambda at: at.machine.engine.bore / Machine().engine.bore, "1.04 bores (chosen)"),
     Rule("engine.rod_length", lambda at: at.machine.engine.stroke / Machine().engine.stroke, "1.70 strokes (chosen)"),
     Rule("groove.effective_area", lambda at: at.demand, MACH),
     Rule("engine.exhaust.effective_area", lambda at: at.demand, MACH),
