@@ -13,7 +13,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities.arguments import Given, WithUnit
 from apesim.quantities.printing import OTHERS
 from apesim.quantities.settings import differences, dumps, replaced
-from apesim.quantities.trees import schema, with_value
+from apesim.quantities.trees import overruled, schema, with_value
 from apesim.restriction import AREA_OF_CONDUCTANCE
 from apesim.studies.design.conductance import effective_area_of
 from apesim.studies.design.estimates import RPM
@@ -74,12 +74,12 @@ class MachineDesign:
 
     def _values(self) -> dict[str, str]:
         """Value of each key in `origins`, as text."""
-        leaves = {leaf.key: leaf for leaf in schema(Machine, self.machine)}
-        ambient = self.machine.ambient.pressure
-        texts = {}
+        leaves = {leaf.key: leaf for leaf in schema(type(self.machine), self.machine)}
+        ambient, texts = self.machine.ambient.pressure, dict(differences(self.machine))
         for key in self.origins:
-            text = leaves[key].declaration.render(leaves[key].default, ambient)
-            texts[key] = text if isinstance(text, str) else "a curve"
+            if key in leaves:
+                text = leaves[key].declaration.render(leaves[key].default, ambient)
+                texts[key] = text if isinstance(text, str) else "a curve"
         return texts
 
     def to_dict(self) -> dict[str, Any]:
@@ -115,7 +115,11 @@ class MachineDesign:
         >>> next(line for line in text.splitlines() if line.startswith("bore"))
         'bore = "60 mm" # 5 to 1000 mm; answered'
         """
-        text = dumps(self.machine, Path.cwd(), keys=list(self.origins), sources=self.origins)
+        return self._text(Path.cwd())
+
+    def _text(self, folder: Path) -> str:
+        """Text of the machine file as it stands in a folder, which it names other files from."""
+        text = dumps(self.machine, folder, keys=list(self.origins), sources=self.origins)
         return HEAD.format(speed=self.rated_speed / RPM) + text[text.index(f"# {OTHERS}") :]
 
     def write(self, path: str | PathLike[str], *, overwrite: bool = False) -> Path:
@@ -148,7 +152,7 @@ class MachineDesign:
         0.06
         """
         refuse_to_replace(path, overwrite=overwrite)
-        write_file(path, self.to_toml().encode())
+        write_file(path, self._text(Path(path).absolute().parent).encode())
         return Path(path)
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
@@ -314,7 +318,7 @@ def design_machine(
         given["valve.solenoid.effective_area"] = origin
     warnings = [_clipped(row) for row in derived if row.is_clipped] + find_oddities(machine, speed)
     whole = replaced(machine, {}, "design_machine()")  # what does not go together is refused
-    return MachineDesign(whole, float(speed), _origins(given, derived), tuple(warnings))
+    return MachineDesign(whole, float(speed), _origins(whole, given, derived), tuple(warnings))
 
 
 def _check_discharge(arguments: Any, values: Mapping[str, Any], tests: Sequence[Any] | None) -> None:
@@ -366,16 +370,15 @@ def _clipped(row: Derived) -> str:
     return f"{row.key} is taken as {row.text}, the end of its range, where its rule leads beyond: {row.rule}"
 
 
-def _origins(given: Mapping[str, str], derived: Sequence[Derived]) -> dict[str, str]:
-    """Origins of all numbers, by key, in the order of the machine file."""
+def _origins(machine: Machine, given: Mapping[str, str], derived: Sequence[Derived]) -> dict[str, str]:
+    """Origins of all numbers, by key, in the order of the machine file; none of keys that others replace."""
     found = dict.fromkeys((*FIRST_KEYS, "valve.solenoid.ramp_time"), "default: not answered")
     found |= {key: f"default: {reason}" for key, reason in KEPT.items()}
     found |= {row.key: f"derived: {row.rule}" for row in derived} | dict(given)
-    if "valve.solenoid.opening_curve" in given:
-        found = {key: text for key, text in found.items() if key not in REPLACED_TIMES or key in given}
-    order = [leaf.key for leaf in schema(Machine)]
-    return {key: found[key] for key in sorted(found, key=order.index)}
+    idle = {key for key, _ in overruled(machine)} - set(given)
+    places = {leaf.key: place for place, leaf in enumerate(schema(type(machine)))}
 
+    def place_of(key: str) -> int:
+        return places.get(key.split("[")[0], len(places))  # keys of tables and of arrays stand last
 
-REPLACED_TIMES = "valve.solenoid.dead_time", "valve.solenoid.ramp_time"
-"""Keys that an opening curve replaces."""
+    return {key: found[key] for key in sorted(found, key=place_of) if key not in idle}

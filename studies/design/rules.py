@@ -12,7 +12,7 @@ from apesim.engine.angles import TURN
 from apesim.engine.kinematics import swept_volume
 from apesim.engine.machine import Machine
 from apesim.engine.receiver import MAX_VOLUME
-from apesim.quantities.trees import schema, with_value
+from apesim.quantities.trees import overruled, schema, with_value
 from apesim.studies.design.estimates import Point, lap_to_lap, solenoid_for
 
 RATED_SPEED = 1000.0 * TURN / 60.0
@@ -162,7 +162,8 @@ def derive(machine: Machine, rated_speed: float, given: frozenset[str]) -> tuple
     """
     found: dict[str, Derived] = {}
     for leaf, rule in _rules_with_leaves():
-        if rule.key in given or (rule.where and not given.intersection(rule.where)):
+        idle = {key for key, _ in overruled(machine)}
+        if rule.key in given | idle or (rule.where and not given.intersection(rule.where)):
             continue
         exact = leaf.default * rule.factor(Sizes(machine, rated_speed))
         low, high = leaf.declaration.ends

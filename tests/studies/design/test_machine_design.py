@@ -10,6 +10,7 @@ from apesim.restriction import Sides, flow_between, iso6358_flow
 from apesim.studies.design.conductance import FILLED, effective_area_of
 from apesim.studies.design.estimates import RPM, Point, lap_to_lap
 from apesim.studies.design.plausibility import CHECKS, EDGE
+from tests.folders import ROOT
 
 TOY = {"bore": "20 mm", "stroke": "20 mm", "rated_speed": "3000 rpm"}
 LARGE = {"bore": "150 mm", "stroke": "150 mm", "rated_speed": "600 rpm"}
@@ -79,6 +80,23 @@ def test_each_number_of_the_file_says_where_it_comes_from():
         assert key.rpartition(".")[2] in text and origin in text
     assert {origin.partition(":")[0] for origin in design.origins.values()} == {"answered", "derived", "default"}
     assert len(repr(design).splitlines()) < 8 and design._repr_html_().count("<tr>") == len(design.origins)
+
+
+@pytest.mark.parametrize(
+    "machine",
+    [
+        Machine().with_(engine_cylinders=2, cylinder=[{}, {"valve.solenoid.dead_time": "1.7 ms"}]),
+        Machine().with_(effects_ring_leakage_area="0.1 mm^2", stage_2_bore="120 mm"),
+        Machine().with_(groove_geometry="ports"),
+        Machine.load(settings=["known_to.valve.stroke=0.05 mm"]),
+        Machine().with_effects(ROOT / "docs" / "examples" / "data" / "late_release.py"),
+    ],
+    ids=["cylinders", "effects", "ports", "known", "outside"],
+)
+def test_what_else_a_machine_says_stays(machine, tmp_path):
+    design = design_machine(machine, bore="60 mm")
+    assert Machine.load(design.write(tmp_path / "mine.toml")) == design.machine
+    assert design.machine.find_ignored_keys() == {} and repr(design) and design.to_dict()
 
 
 def test_gauge_pressures_stand_above_the_answered_surroundings():
