@@ -90,5 +90,5 @@ def shaft_indicators(
         "lowest_speed_rpm": float(last[extremes + MIN_SPEED]) * 60.0 / TURN,
         "highest_speed_rpm": float(last[extremes + MAX_SPEED]) * 60.0 / TURN,
     }
-    own = [{name: values[name] for name in OWN_INDICATORS} for values in each]
-    return {name: totals[name] for name in (*INDICATORS, *SHAFT_INDICATORS)}, own
+    told = [{name: values[name] for name in OWN_INDICATORS} for values in each]
+    return {name: totals[name] for name in (*INDICATORS, *SHAFT_INDICATORS)}, told
