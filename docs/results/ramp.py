@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 
 import apesim
-from apesim.engine.angles import DEGREE
-from apesim.engine.drivetrain.control import RPM
+from apesim.engine.angles import DEGREE, RPM
 from apesim.quantities import Arguments
 from apesim.studies.drawing.files import write_figures
 from apesim.studies.transient.courses import read_timing

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.angles import DEGREE, RPM
 from apesim.engine.command import window_fault
 from apesim.engine.cycle.state import receiver_gas
 from apesim.engine.cylinder import EPV
@@ -28,8 +28,6 @@ from apesim.engine.machine import Machine
 from apesim.quantities import Fault, InputError, quoted
 from apesim.valve.chamber import chamber_state
 
-RPM = TURN / 60.0
-"""Revolution per minute [rad/s]."""
 ANGLES = {"energise_deg": (-360.0, 360.0), "release_deg": (-360.0, 720.0)}
 """Command angles and their ranges [deg], those of a machine file."""
 PRESSURES = 0.02e6, 30e6

@@ -4,12 +4,12 @@ from collections.abc import Callable, Mapping
 from math import pi
 from typing import Any
 
+from apesim.engine.angles import RPM
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.quantities.settings import differences
 from apesim.quantities.trees import schema
 from apesim.restriction import AREA_OF_CONDUCTANCE
-from apesim.studies.design.estimates import RPM
 from apesim.studies.design.machine_design import EQ_8_RATIO, design_machine
 from apesim.studies.design.questions import DISCHARGE, QUESTIONS, REPLACED, Question, declarations
 from apesim.studies.discharge.records import read_tests

@@ -4,13 +4,12 @@ from math import sqrt
 from typing import NamedTuple
 
 from apesim.air import gas_of
-from apesim.engine.angles import TURN
+from apesim.engine.angles import RPM
 from apesim.engine.kinematics import crank_of, cylinder_volume
 from apesim.engine.machine import Machine
 from apesim.flow_function import choked_flow_function
 from apesim.valve.groove import area_table, lap_of
 
-RPM = TURN / 60.0
 ANGLES = 40
 """Angles at which the volume that the piston draws is looked at."""
 MIN_GAUGE = 1e3

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from apesim.archive import write_file
+from apesim.engine.angles import RPM
 from apesim.engine.first_keys import FIRST_KEYS
 from apesim.engine.machine import Machine
 from apesim.quantities.arguments import Given, WithUnit
@@ -16,7 +17,6 @@ from apesim.quantities.settings import differences, dumps, replaced
 from apesim.quantities.trees import overruled, schema, with_value
 from apesim.restriction import AREA_OF_CONDUCTANCE
 from apesim.studies.design.conductance import effective_area_of
-from apesim.studies.design.estimates import RPM
 from apesim.studies.design.plausibility import find_oddities
 from apesim.studies.design.questions import DISCHARGE, QUESTIONS, declarations
 from apesim.studies.design.rules import KEPT, RATED_SPEED, Derived, derive

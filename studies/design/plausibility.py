@@ -6,10 +6,10 @@ Nothing here is marched: an estimate is good to some ten percent, and says where
 from collections.abc import Callable, Iterator
 from math import pi, sqrt
 
-from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.angles import DEGREE, RPM, TURN
 from apesim.engine.cylinder import EPV
 from apesim.engine.machine import Machine
-from apesim.studies.design.estimates import MIN_GAUGE, RPM, Point, lap_to_lap, solenoid_for, three
+from apesim.studies.design.estimates import MIN_GAUGE, Point, lap_to_lap, solenoid_for, three
 
 EDGE = 1.0 * DEGREE
 """Angle by which both ends of a window together may miss their targets, as `apesim engine limit` has it."""

@@ -8,9 +8,8 @@ import numpy as np
 
 from apesim.archive import Variable
 from apesim.archive.columns import column
-from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.angles import DEGREE, RPM
 
-RPM = TURN / 60.0
 WITHIN = 0.5 * DEGREE
 """Angle by which the opening and the closing may miss their targets [rad]."""
 MAX_WINDOW = 150.0 * DEGREE

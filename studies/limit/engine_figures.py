@@ -10,13 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from apesim.archive import Archive
-from apesim.engine.angles import DEGREE
+from apesim.engine.angles import DEGREE, RPM
 from apesim.studies.archives.pressure_axes import find_pressure_axis
 from apesim.studies.drawing.conditions import conditions_of, supply_keys_of
 from apesim.studies.drawing.files import write_figures
 from apesim.studies.drawing.panels import columns_of, label_axes, open_row
 from apesim.studies.drawing.style import RED, Look
-from apesim.studies.limit.design_rule import RPM, DesignRule
+from apesim.studies.limit.design_rule import DesignRule
 from apesim.studies.limit.lines import OWN_POINT, draw_over_pressure, draw_own_point
 from apesim.studies.limit.points import Point, own_run
 

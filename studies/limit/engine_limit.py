@@ -10,14 +10,14 @@ import numpy as np
 
 from apesim.archive import Archive, Variable
 from apesim.archive.columns import column, run_axis
-from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.angles import DEGREE, RPM, TURN
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.march.periodic import PERIODIC_TOLERANCE
 from apesim.quantities.settings import dumps
 from apesim.studies.archives.pressure_axes import PRESSURE_AXES
 from apesim.studies.execution.pool import run_tasks, workers_for
-from apesim.studies.limit.design_rule import RPM, WITHIN, rule_columns
+from apesim.studies.limit.design_rule import WITHIN, rule_columns
 from apesim.studies.limit.points import Point, point_column, with_own
 from apesim.studies.run.operating_conditions import Supplies
 from apesim.studies.timing.solve import SKETCH, Reason, Timing, corrected, start_after

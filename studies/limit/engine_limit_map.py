@@ -10,7 +10,7 @@ import numpy as np
 
 from apesim.archive import Archive
 from apesim.archive.columns import values_of
-from apesim.engine.angles import DEGREE
+from apesim.engine.angles import DEGREE, RPM
 from apesim.engine.machine import Machine
 from apesim.quantities.arguments import Given, WithUnit
 from apesim.results import Scalar
@@ -19,7 +19,6 @@ from apesim.studies.archives.machines import read_recorded_machine
 from apesim.studies.archives.pressure_axes import find_pressure_axis
 from apesim.studies.execution.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.progress import Progress, show_progress
-from apesim.studies.limit.design_rule import RPM
 from apesim.studies.limit.engine_limit import CRITERION, LOWEST, Failure, judged, map_engine_limit
 from apesim.studies.limit.points import Point, lowest_run, own_run
 from apesim.studies.limit.summary import summary_json

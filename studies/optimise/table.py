@@ -8,7 +8,7 @@ import numpy as np
 
 from apesim.archive import Archive, Variable
 from apesim.archive.columns import NO_YES, column, run_axis
-from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.angles import DEGREE, RPM
 from apesim.engine.indicators import INDICATORS
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
@@ -18,7 +18,6 @@ from apesim.studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal
 from apesim.studies.optimise.search import FINE, Optimum, optimise
 from apesim.studies.run.operating_conditions import SPEED
 
-RPM = TURN / 60.0
 SECONDS_A_GOAL, SECONDS_A_FRONT = 1.0, 3.0
 NAMES = {Goal.TORQUE: "most_torque", Goal.AIR: "least_air"}
 FREE = ("energise", "duration", "supply_pressure")

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from apesim.engine.angles import DEGREE
-from apesim.engine.drivetrain.control import RPM
+from apesim.engine.angles import DEGREE, RPM
 from apesim.engine.drivetrain.feedback_timing import MAX_WINDOW_DEG
 from apesim.engine.drivetrain.preparing import machines_of
 from apesim.engine.machine import Machine

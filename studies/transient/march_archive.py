@@ -7,7 +7,7 @@ import numpy as np
 from apesim.archive import Variable
 from apesim.archive.columns import meanings_of
 from apesim.archive.grid import words_of
-from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.angles import DEGREE, RPM, TURN
 from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.drivetrain.rates import SHAFT_TRACE
 from apesim.engine.drivetrain.run import DrivetrainRun, EventKind
@@ -16,7 +16,6 @@ from apesim.results import Result, name_of
 from apesim.studies.archives.archive_result import ArchiveResult
 from apesim.studies.archives.run_result import axis_of, over_run
 from apesim.studies.run.engine_run import TRACE_NAMES
-from apesim.studies.transient.courses import RPM
 
 SHAFT_NAMES = {
     "angle": "angle of the shaft",

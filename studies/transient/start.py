@@ -13,7 +13,7 @@ import numpy as np
 from apesim.archive import Archive
 from apesim.archive.columns import run_axis
 from apesim.archive.grid import words_of
-from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.angles import DEGREE, RPM, TURN
 from apesim.engine.drivetrain.run import EventKind
 from apesim.engine.drivetrain.start import MAX_REST, MAX_TIME, Start, run_start
 from apesim.engine.machine import Machine
@@ -29,7 +29,7 @@ from apesim.studies.run.compiling import compile_drivetrain
 from apesim.studies.run.engine_run import supply_conditions
 from apesim.studies.run.operating_conditions import ANGLE, JOBS, SPEED
 from apesim.studies.sweep.variation import Vary, read_variation
-from apesim.studies.transient.courses import RPM, START_ANGLE, refuse_own_commands
+from apesim.studies.transient.courses import START_ANGLE, refuse_own_commands
 from apesim.studies.transient.march_archive import event_variables, events_of, trace_variables
 from apesim.studies.transient.start_archive import (
     NUMBERS,

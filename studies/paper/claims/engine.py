@@ -5,10 +5,10 @@ from functools import cache
 
 import numpy as np
 
-from apesim.engine.angles import DEGREE
+from apesim.engine.angles import DEGREE, RPM
 from apesim.engine.cylinder import EPV
 from apesim.engine.machine import Machine
-from apesim.studies.limit.engine_limit import RPM, WITHIN, Failure, engine_limit, judged, lasting
+from apesim.studies.limit.engine_limit import WITHIN, Failure, engine_limit, judged, lasting
 from apesim.studies.paper.claims.area import AREAS, with_area
 from apesim.studies.paper.claims.claim import Claim, range_of, verdict_of, with_range
 from apesim.studies.paper.claims.design import RATE

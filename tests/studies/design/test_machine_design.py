@@ -5,10 +5,11 @@ import pytest
 
 from apesim import InputError, Machine, design_machine, find_engine_limit
 from apesim.air import Air, GasState, gas_of
+from apesim.engine.angles import RPM
 from apesim.engine.kinematics import swept_volume
 from apesim.restriction import Sides, flow_between, iso6358_flow
 from apesim.studies.design.conductance import FILLED, effective_area_of
-from apesim.studies.design.estimates import RPM, Point, lap_to_lap
+from apesim.studies.design.estimates import Point, lap_to_lap
 from apesim.studies.design.plausibility import CHECKS, EDGE
 from tests.folders import ROOT
 
