@@ -167,6 +167,7 @@ def optima_of(archive: Archive) -> tuple[Optimum, ...]:
 
     The places of their points are as the archive tells them: 0 and 1 at the ends of a range.
 
+    >>> from apesim.engine.angles import TURN
     >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (1.0, TURN / 2.0), True)
     >>> optimum = Optimum(RPM * 900.0, point, {Goal.TORQUE: point}, [], 81, 27)
     >>> [again] = optima_of(archive_of(Machine(), [optimum], [Goal.TORQUE]))
