@@ -18,6 +18,7 @@ from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
 from apesim.engine.warnings import EngineWarning
 from apesim.march.adaptive import Status
 from apesim.quantities import split_header
+from apesim.studies.run.engine_run import TRACE_NAMES
 from apesim.studies.run.march_status import STATUS_MEANINGS
 from apesim.studies.sweep.compute import ANGLE_STEP, NOT_ASKED, NOT_JUDGED, NOT_MARCHED, WARNING_FLAGS
 from apesim.studies.sweep.plan import ACTUATIONS, TIMING_NAMES, Point, actuation_of
@@ -33,19 +34,6 @@ CODES = {
 COMMANDS = {
     "energise_deg": "command angle of the energising, as used",
     "release_deg": "command angle of the release, as used",
-}
-TRACE_DESCRIPTIONS = {
-    "cylinder_pressure": "cylinder pressure",
-    "cylinder_temperature": "cylinder temperature",
-    "lift": "lift of the intake",
-    "velocity": "velocity of the lift, positive as it opens",
-    "pressure_a": "pressure of chamber A, which pushes to closed",
-    "pressure_b": "pressure of chamber B, which pushes to open",
-    "groove_flow": "flow through the groove into the cylinder",
-    "torque": "indicated torque",
-    "receiver_pressure": "pressure in the receiver",
-    "exhaust_flow": "flow through the exhaust valves out of the cylinder",
-    "cylinder_volume": "cylinder volume",
 }
 
 
@@ -85,7 +73,7 @@ def _traces(traces: Sequence[np.ndarray]) -> dict[str, Variable]:
     variables = {}
     for header, values in zip(TRACE, columns, strict=True):
         name, unit = split_header(header)
-        variables[name] = Variable(("run", "crank_angle"), values, unit, TRACE_DESCRIPTIONS[name])  # type: ignore[arg-type]
+        variables[name] = Variable(("run", "crank_angle"), values, unit, TRACE_NAMES[name])  # type: ignore[arg-type]
     return variables
 
 

@@ -15,7 +15,7 @@ from apesim.archive.columns import run_axis
 from apesim.archive.grid import words_of
 from apesim.engine.angles import DEGREE, RPM, TURN
 from apesim.engine.drivetrain.run import EventKind
-from apesim.engine.drivetrain.start import MAX_REST, MAX_TIME, Start, run_start
+from apesim.engine.drivetrain.start import MAX_REST, MAX_TIME, Start
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities import Arguments
@@ -35,21 +35,14 @@ from apesim.studies.transient.start_archive import (
     NUMBERS,
     Intervals,
     Starting,
-    find_starting_angles,
     interval_variables,
     intervals_of,
-    values_of,
-    values_of_all,
+    start_machine,
 )
 from apesim.studies.transient.start_map import StartMap, map_starts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-SAMPLE = 0.5e-3
-"""Time between two rows of a trace [s]."""
-TRACED = 5.0
-"""Time up to which a start is traced [s]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -301,15 +294,12 @@ def start_engine(
     # One machine, whose traces and events are kept.
     compile_drivetrain(machine)
     begin = time.perf_counter()
-    cranked, course = starting.cranking_of(machine)
-    if starting.angle is None:
-        start, intervals = None, call_in_thread(find_starting_angles, cranked, course).result()
-        values, more = values_of_all(intervals), interval_variables([intervals])
-    else:
-        times = np.arange(0.0, TRACED, SAMPLE)
-        start = call_in_thread(run_start, cranked, starting.angle, starting.target, course, times).result()
-        values, more = values_of(start), trace_variables(start.run) | event_variables(start.run)
+    values, intervals, start = call_in_thread(start_machine, machine, starting).result()
     wall_time = time.perf_counter() - begin
+    if start is None:
+        more = interval_variables([intervals])
+    else:
+        more = trace_variables(start.run) | event_variables(start.run)
     conditions |= {"cylinders": f"{machine.engine.cylinders:g}"} | supply_conditions(machine)
     provenance |= {"kind": "engine start", CONDITIONS: json.dumps(conditions)}
     variables = {"run": run_axis(1)} | columns_of_run(values, NUMBERS) | more

@@ -12,7 +12,7 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.drivetrain.preparing import NO_COURSE, Course
 from apesim.engine.drivetrain.rates import SHAFT_TRACE
 from apesim.engine.drivetrain.run import EventKind
-from apesim.engine.drivetrain.start import Start, find_intervals
+from apesim.engine.drivetrain.start import Start, find_intervals, run_start
 from apesim.engine.machine import Machine
 from apesim.studies.archives.run_result import axis_of
 from apesim.studies.transient.courses import commands_of
@@ -35,6 +35,8 @@ INTERVAL_ENDS = {
 }
 Intervals = tuple[tuple[float, float], ...]
 """Ends of intervals of the shaft's angle [deg]."""
+SAMPLE, TRACED = 0.5e-3, 5.0
+"""Time between two rows of the trace of a start, of which extreme speeds are told, too; up to when it is traced [s]."""
 
 
 class Starting(NamedTuple):
@@ -57,6 +59,27 @@ class Starting(NamedTuple):
         command = machine.command
         course = Course(schedules=commands_of(machine))
         return machine._replace(command=command._replace(release=self.release)), course
+
+
+class Started(NamedTuple):
+    """What was asked for of one machine."""
+
+    values: dict[str, Any]
+    """`NUMBERS` of it."""
+    intervals: Intervals
+    """Angles from which it starts; none where one angle was asked for."""
+    start: Start | None
+    """March from that angle; None where all were asked for."""
+
+
+def start_machine(machine: Machine, starting: Starting) -> Started:
+    """Start a machine from one angle, or find the angles from which it starts."""
+    cranked, course = starting.cranking_of(machine)
+    if starting.angle is None:
+        intervals = tuple((low / DEGREE, high / DEGREE) for low, high in find_intervals(cranked, course))
+        return Started(values_of_all(intervals), intervals, None)
+    start = run_start(cranked, starting.angle, starting.target, course, np.arange(0.0, TRACED, SAMPLE))
+    return Started(values_of(start), (), start)
 
 
 def values_of(start: Start) -> dict[str, Any]:
@@ -82,11 +105,6 @@ def values_of_all(intervals: Intervals) -> dict[str, Any]:
     """Numbers of the starts from all angles, by their keys in JSON; most are NaN."""
     share = sum(high - low for low, high in intervals) / 360.0
     return dict.fromkeys(NUMBERS, nan) | {"starts": share > 0.0, "starting_share": share}
-
-
-def find_starting_angles(machine: Machine, course: Course) -> Intervals:
-    """Find the intervals of the shaft's angle from which an engine starts [deg]."""
-    return tuple((low / DEGREE, high / DEGREE) for low, high in find_intervals(machine, course))
 
 
 def interval_variables(intervals: Sequence[Intervals]) -> dict[str, Variable]:

@@ -13,7 +13,6 @@ import numpy as np
 from apesim.archive import Archive
 from apesim.archive.columns import column, run_axis
 from apesim.archive.grid import axes_of, words_of
-from apesim.engine.drivetrain.start import run_start
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
 from apesim.results import Scalar
@@ -28,12 +27,10 @@ from apesim.studies.transient.start_archive import (
     NUMBERS,
     Intervals,
     Starting,
-    find_starting_angles,
     interval_variables,
     intervals_of,
     names_of,
-    values_of,
-    values_of_all,
+    start_machine,
 )
 
 if TYPE_CHECKING:
@@ -41,8 +38,6 @@ if TYPE_CHECKING:
 
 SECONDS_OF_ALL, SECONDS_OF_ONE = 2.5, 0.01
 """Estimated computing time of the starts of a machine from all angles, and of one [s]."""
-SAMPLE, TRACED = 0.5e-3, 5.0
-"""Time between two speeds of which the lowest and the highest are told, and until when [s]; as of a single start."""
 MAX_RINGS = 12
 """Rings of a circle: with more none would be told from the next."""
 
@@ -264,9 +259,5 @@ def _compile(variation: Variation) -> None:
 def _start(item: tuple[int, Machine, Starting]) -> tuple[dict[str, Any], Intervals]:
     """Numbers and intervals of one machine."""
     _, machine, starting = item
-    cranked, course = starting.cranking_of(machine)
-    if starting.angle is None:
-        intervals = find_starting_angles(cranked, course)
-        return values_of_all(intervals), intervals
-    times = np.arange(0.0, TRACED, SAMPLE)
-    return values_of(run_start(cranked, starting.angle, starting.target, course, times)), ()
+    started = start_machine(machine, starting)
+    return started.values, started.intervals
