@@ -106,10 +106,15 @@ class Prepared(NamedTuple):
     """Times at which something imposed changes [s]."""
 
 
+def count_cylinders(machine: Machine) -> int:
+    """Count the cylinders of a machine, or its stages, which have one each."""
+    return 2 if machine.stage_2.is_on else int(machine.engine.cylinders)
+
+
 def machines_of(machine: Machine) -> list[Machine]:
     """Make the machine of each cylinder, or of each stage."""
     if not machine.stage_2.is_on:
-        return [machine.machine_of_cylinder(i) for i in range(int(machine.engine.cylinders))]
+        return [machine.machine_of_cylinder(i) for i in range(count_cylinders(machine))]
     stage = machine.stage_2
     same = {name: getattr(stage, name) for name in ("bore", "stroke", "rod_length", "pin_offset")}
     engine = machine.engine._replace(

@@ -37,17 +37,18 @@ def compute(points: Sequence[Point], traces: bool = True) -> list[tuple[dict[str
     A trace is (721, 11): a row every half degree of crank angle over one turn, columns as in
     `apesim.engine.cycle.cylinder_laws.TRACE`; without `traces`, nearly all of the memory of the results, it is None.
     Indicators and trace are NaN where the point failed or its timing is out of reach. Of several cylinders the trace is
-    that of the first, its torque that of all; what each does stands under ``cylinders`` and ``lifts``.
+    that of the first, its torque that of all; what each does stands under ``cylinders``, and the lifts of the others
+    under ``other_lifts``, without `traces` none.
     """
     results = [_result(point) for point in points]
-    return [(scalars, trace if traces else None) for scalars, trace in results]
+    return results if traces else [(scalars | {"other_lifts": []}, None) for scalars, _ in results]
 
 
-def _result(point: Point) -> tuple[dict[str, Any], np.ndarray]:
+def _result(point: Point) -> tuple[dict[str, Any], np.ndarray | None]:
     """Scalars and trace of one operating point."""
     machine, speed, reason = point.machine, point.speed, NOT_ASKED
     scalars: dict[str, Any] = dict.fromkeys((*INDICATORS, "energise_deg", "release_deg"), nan)
-    scalars |= dict.fromkeys(("warnings", *WARNING_FLAGS.values()), NOT_JUDGED) | {"cylinders": [], "lifts": []}
+    scalars |= dict.fromkeys(("warnings", *WARNING_FLAGS.values()), NOT_JUDGED) | {"cylinders": [], "other_lifts": []}
     scalars |= {"speed_rpm": rpm(speed), "status": NOT_MARCHED}
     if point.timing == CORRECTED:
         timing = corrected(machine, speed)
@@ -63,9 +64,11 @@ def _result(point: Point) -> tuple[dict[str, Any], np.ndarray]:
             {**own, "energise_deg": each.command.energise / DEGREE, "release_deg": each.command.release / DEGREE}
             for own, each in zip(done.cylinders, machines_of(machine), strict=True)
         ]
-        scalars["lifts"] = [each[:, LIFT] for each in done.traces]
-        trace = done.traces[0].copy()
-        trace[:, TORQUE] = np.sum([each[:, TORQUE] for each in done.traces], axis=0)
+        trace, *others = done.traces
+        if others:
+            scalars["other_lifts"] = [each[:, LIFT] for each in others]
+            trace = trace.copy()
+            trace[:, TORQUE] = np.sum([each[:, TORQUE] for each in done.traces], axis=0)
     if machine.engine.intake == EPV:
         scalars |= {f"{name}_deg": getattr(machine.command, name) / DEGREE for name in ("energise", "release")}
     return scalars | {"status": done.run.status, "timing_reason": reason}, trace

@@ -14,13 +14,14 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import INTAKES
 from apesim.engine.drivetrain.indicators import OWN_INDICATORS, SHAFT_INDICATORS
+from apesim.engine.drivetrain.preparing import count_cylinders
 from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
 from apesim.engine.warnings import EngineWarning
 from apesim.march.adaptive import Status
 from apesim.quantities import split_header
 from apesim.studies.run.engine_run import TRACE_NAMES
 from apesim.studies.run.march_status import STATUS_MEANINGS
-from apesim.studies.sweep.compute import ANGLE_STEP, NOT_ASKED, NOT_JUDGED, NOT_MARCHED, WARNING_FLAGS
+from apesim.studies.sweep.compute import ANGLE_STEP, LIFT, NOT_ASKED, NOT_JUDGED, NOT_MARCHED, WARNING_FLAGS
 from apesim.studies.sweep.plan import ACTUATIONS, TIMING_NAMES, Point, actuation_of
 from apesim.studies.sweep.variation import Variation, varied_columns
 from apesim.studies.timing import Reason
@@ -59,7 +60,7 @@ def archive_of(
     variables |= _how_it_ended(scalars) | _indicators(scalars) | _warnings(scalars)
     if traces:
         variables |= _traces(traces)
-    variables |= _cylinders(scalars, bool(traces))
+    variables |= _cylinders(max(map(count_cylinders, variation.machines)), scalars, traces)
     axes = "actuation", *(axis.name for axis in variation.axes), "speed_rpm"
     variables |= {name: replace(variables[name], coordinate=True) for name in axes}
     return Archive(machine, provenance, variables)
@@ -117,9 +118,11 @@ def _indicators(scalars: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
     return variables
 
 
-def _cylinders(scalars: Sequence[Mapping[str, Any]], with_traces: bool) -> dict[str, Variable]:
-    """What each of several cylinders does, NaN where a run has fewer; nothing where all runs have one."""
-    count = max(len(values["cylinders"]) for values in scalars)
+def _cylinders(count: int, scalars: Sequence[Mapping[str, Any]], traces: Sequence[np.ndarray]) -> dict[str, Variable]:
+    """What each of several cylinders does, NaN where a run has fewer; nothing where all machines of a sweep have one.
+
+    `count` is that of the machine with most: parts of a sweep have the same variables, whatever runs they hold.
+    """
     if count < 2:
         return {}
     dims, text = ("run", "cylinder"), "of each cylinder"
@@ -135,11 +138,11 @@ def _cylinders(scalars: Sequence[Mapping[str, Any]], with_traces: bool) -> dict[
             found[run, : len(values["cylinders"])] = [own[name] for own in values["cylinders"]]
         short = name.replace("cylinder_", "")
         variables[f"cylinder_{short}"] = Variable(dims, found, unit, f"{description}, {text}")
-    if with_traces:
-        rows = max(len(lift) for values in scalars for lift in values["lifts"])
-        lifts = np.full((len(scalars), count, rows), nan)
-        for run, values in enumerate(scalars):
-            for number, lift in enumerate(values["lifts"]):
+    if traces:
+        lifts = np.full((len(scalars), count, len(traces[0])), nan)
+        for run, (values, trace) in enumerate(zip(scalars, traces, strict=True)):
+            lifts[run, 0] = trace[:, LIFT]
+            for number, lift in enumerate(values["other_lifts"], 1):
                 lifts[run, number] = lift
         description = f"lift of the intake, {text}, over the angle of the shaft"
         variables["cylinder_lift"] = Variable((*dims, "crank_angle"), lifts, "m", description)

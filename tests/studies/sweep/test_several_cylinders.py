@@ -57,3 +57,14 @@ def test_it_lays_out_over_what_was_swept(swept):
         "speed_rpm": 2,
         "cylinder": 3,
     }
+
+
+def test_parts_with_other_numbers_of_cylinders_join_to_the_whole(tmp_path):
+    point = {"speed": "600 rpm", "intake": "epv", "timing": "fixed", "vary": {"engine.cylinders": "1:3:1"}}
+    for i in (1, 2, 3):
+        apesim.sweep(Machine(), **point, out=tmp_path / f"{i}.h5", shard=f"{i}/3")
+    apesim.sweep(Machine(), **point, out=tmp_path / "whole.h5")
+    apesim.merge_archives([tmp_path / f"{i}.h5" for i in (1, 2, 3)], tmp_path / "merged.h5")
+    assert apesim.compare_archives(tmp_path / "whole.h5", tmp_path / "merged.h5")["differences"] == 0
+    opens = apesim.read_archive(tmp_path / "merged.h5").traces["cylinder_valve_open_deg"].values
+    assert np.array_equal((~np.isnan(opens)).sum(axis=1), [1, 2, 3])
