@@ -209,17 +209,19 @@ class Trace:
 
     def __repr__(self) -> str:
         shape = " x ".join(f"{size} {name}" for size, name in zip(self.values.shape, self.dims, strict=True))
-        ends = ""
-        if self.values.dtype.kind in "fi" and np.isfinite(self.values).any():
-            ends = f", {shown(np.nanmin(self.values))} to {shown(np.nanmax(self.values))}"
-        return f"<Trace [{'-' if self.unit == '1' else self.unit}] over {shape}{ends}>"
+        return f"<Trace [{'-' if self.unit == '1' else self.unit}] over {shape}{self._ends()}>"
+
+    def _ends(self) -> str:
+        """Least and largest number, behind a comma; nothing where there is none."""
+        if self.values.dtype.kind not in "fi" or not np.isfinite(self.values).any():
+            return ""
+        return f", {shown(np.nanmin(self.values))} to {shown(np.nanmax(self.values))}"
 
     def _repr_html_(self) -> str:
         escape, size = html.escape, " x ".join(map(str, self.values.shape))
-        numbers = self.values[np.isfinite(self.values)] if self.values.dtype.kind in "fi" else []
-        ends = f", {shown(min(numbers))} to {shown(max(numbers))}" if len(numbers) else ""
         unit = "" if self.unit == "1" else f" [{escape(self.unit)}]"
-        caption = f"<b>{escape(self.long_name)}</b>{unit} over {escape(' x '.join(self.dims))}: {size}{escape(ends)}"
+        over = f"{escape(' x '.join(self.dims))}: {size}{escape(self._ends())}"
+        caption = f"<b>{escape(self.long_name)}</b>{unit} over {over}"
         return f"<div>{caption}</div>{_sparkline(self.values)}"
 
 

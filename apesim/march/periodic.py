@@ -117,6 +117,8 @@ class Recorded(NamedTuple):
 
 NO_RECORD = Record(np.empty((0, 0)), np.empty(0), np.empty((0, 0)))
 """Arrays of no rows, for a march of which nothing is written."""
+NOT_MARCHED = Outcome(Status.DONE, 0, 0, 0, 0, 0, 0.0)
+"""Outcome before the first cycle."""
 
 
 class Orbit(NamedTuple):
@@ -165,7 +167,7 @@ class Drive:
         self.p, self.tables, self.breakpoints, self.accuracy = p, tables, breakpoints, accuracy
         self.log = np.empty((0, LOG_HEAD + len(accuracy.scale)))
         self.cycles = self.evaluations = 0
-        self.outcome: Outcome | None = None
+        self.outcome = NOT_MARCHED
 
     def clear_ledger(self, y: np.ndarray) -> None:
         """Let what is summed up behind the states begin anew, as at the start of a cycle; changes `y` (m,)."""
@@ -181,19 +183,23 @@ class Drive:
         """
         y, mode = y.copy(), mode.copy()
         self.clear_ledger(y)
-        status = Status.DONE
+        status: int = Status.DONE
         while count and status == Status.DONE:
             count -= 1
-            log = record.log if len(record.log) else self.log
-            outcome = march(
-                self.p, self.tables, 0.0, y, mode, self.breakpoints, self.accuracy, log, record.times, record.trace
-            )
-            self.outcome = outcome
+            status = self.march_once(y, mode, record)
             self.cycles += 1
-            self.evaluations += outcome.evaluations
-            given_up = self.evaluations > MAX_EVALUATIONS_TO_PERIODIC
-            status = Status.TOO_MANY_EVALUATIONS if given_up else outcome.status
+            self.evaluations += self.outcome.evaluations
+            if self.evaluations > MAX_EVALUATIONS_TO_PERIODIC:
+                status = Status.TOO_MANY_EVALUATIONS
         return y, mode, status
+
+    def march_once(self, y: np.ndarray, mode: np.ndarray, record: Record) -> int:
+        """March one cycle, whose state (m,) and modes (k,) are changed; return its `apesim.march.adaptive.Status`."""
+        log = record.log if len(record.log) else self.log
+        self.outcome = march(
+            self.p, self.tables, 0.0, y, mode, self.breakpoints, self.accuracy, log, record.times, record.trace
+        )
+        return self.outcome.status
 
     @contextmanager
     def finer_steps(self) -> Iterator[None]:
@@ -649,7 +655,7 @@ def _from_known(drive: Drive, known: Known, tolerance: float, record: Record) ->
             return None
 
         # The cycle from this very state is in the record: where the state is near enough, it is the periodic one.
-        if before is not None and len(record.log) and left <= tolerance and drive.outcome:
+        if before is not None and len(record.log) and left <= tolerance:
             recorded = Recorded(record.log[: drive.outcome.logged], record.trace, image, drive.outcome)
             return Settling(y, mode, Status.DONE, largest_gain, np.inf, 1, correction, recorded)
 

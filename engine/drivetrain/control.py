@@ -26,12 +26,19 @@ from apesim.engine.drivetrain.state import (
 )
 from apesim.engine.machine import Machine
 from apesim.quantities import Fault, InputError, quoted
+from apesim.quantities.trees import leaves_of
 from apesim.valve.chamber import chamber_state
 
-ANGLES = {"energise_deg": (-360.0, 360.0), "release_deg": (-360.0, 720.0)}
-"""Command angles and their ranges [deg], those of a machine file."""
-PRESSURES = 0.02e6, 30e6
-"""Range of the supply's pressure [Pa abs], that of a machine file."""
+KEYS = leaves_of(Machine)
+"""Keys of a machine file, whose ranges hold for commands, too."""
+ANGLES = {
+    f"{name}_deg": (float(declared.low), float(declared.high))
+    for name in ("energise", "release")
+    for declared in (KEYS[f"command.{name}"].declaration,)
+}
+"""Command angles and their ranges [deg]."""
+PRESSURES = tuple(KEYS["supply.pressure"].declaration.ends)
+"""Range of the supply's pressure [Pa abs]."""
 
 
 class SensorReadings(NamedTuple):
@@ -198,7 +205,6 @@ def readings_of(p: Drivetrain, end: RevolutionEnd) -> SensorReadings:
     if first.receiver_volume > 0.0:
         content = receiver_gas(block_of(end.y, 0))
         receiver = float(chamber_state(first.actuator.gas, content, first.receiver_volume).pressure)
-    lowest = float(cylinders["min_receiver"][0])
     return SensorReadings(
         time_s=float(end.time),
         turns=end.turns,
@@ -213,7 +219,7 @@ def readings_of(p: Drivetrain, end: RevolutionEnd) -> SensorReadings:
         release_deg=tuple(float(modes[RELEASE] / DEGREE) for modes in own),
         supply_pressure_Pa=supply,
         receiver_pressure_Pa=receiver,
-        lowest_receiver_pressure_Pa=lowest if np.isfinite(lowest) else supply,
+        lowest_receiver_pressure_Pa=float(cylinders["min_receiver"][0]),
         engine_air_kg=float(revolution["engine_air"]),
         control_air_kg=float(revolution["control_air"]),
     )

@@ -5,6 +5,7 @@ from typing import Any
 
 from apesim.engine.angles import TURN
 from apesim.engine.cycle.state import control_ledger, engine_ledger
+from apesim.engine.drivetrain.run import draws_from_supply
 from apesim.engine.drivetrain.state import (
     FRICTION_WORK,
     MAX_RECEIVER,
@@ -60,20 +61,19 @@ def shaft_indicators(
     swept = sum(swept_volume(run.cycle.engine) for run in runs)
     work = sum(engine.work for engine, _ in ledgers)
     fmep = float(end[shaft_ledger(p) + FRICTION_WORK]) / swept
-    drawn = sum(engine.groove.mass for i, (engine, _) in enumerate(ledgers) if p.sources[i] == 0)
+    drawn = sum(engine.groove.mass for (engine, _), draws in zip(ledgers, draws_from_supply(p), strict=True) if draws)
     air = drawn, sum(control.supplied.mass for _, control in ledgers)
 
     # Extremes stand in the last row of the log, before they begin anew.
     last, extremes, own = revolution.log[-1, LOG_HEAD:], shaft_extremes(p), own_extremes(p, 0)
     low, high = float(last[own + MIN_RECEIVER]), float(last[own + MAX_RECEIVER])
-    has_receiver = p.template.receiver_volume > 0.0
     totals = dict(each[0]) | dict.fromkeys((name for name in INDICATORS if name.startswith("exergy_")), float("nan"))
     totals |= performance(runs[0].cycle, turns, work, fmep, swept, air)
     totals |= {
         "groove_back_flow_kg_per_cycle": sum(engine.groove_back for engine, _ in ledgers),
         "exhaust_back_flow_kg_per_cycle": sum(engine.exhaust_back for engine, _ in ledgers),
         "peak_cylinder_pressure_Pa": max(values["peak_cylinder_pressure_Pa"] for values in each),
-        "intake_pressure_fluctuation_Pa": high - low if has_receiver else 0.0,
+        "intake_pressure_fluctuation_Pa": high - low,
         "lowest_cylinder_temperature_K": min(values["lowest_cylinder_temperature_K"] for values in each),
         "exhaust_temperature_K": exhaust_temperature(*(run for i, run in enumerate(runs) if p.sinks[i] < 0)),
         "converged": int(orbit.converged),
@@ -86,7 +86,7 @@ def shaft_indicators(
     mean = gas_work(p, end) / TURN
     totals |= {
         "torque_ripple": ratio(float(last[extremes + MAX_TORQUE] - last[extremes + MIN_TORQUE]), mean),
-        "receiver_dip_Pa": runs[0].cycle.supply.pressure - low if has_receiver else 0.0,
+        "receiver_dip_Pa": runs[0].cycle.supply.pressure - low,
         "lowest_speed_rpm": float(last[extremes + MIN_SPEED]) * 60.0 / TURN,
         "highest_speed_rpm": float(last[extremes + MAX_SPEED]) * 60.0 / TURN,
     }

@@ -53,14 +53,11 @@ from apesim.march.adaptive import (
     EVENTS,
     LOG_HEAD,
     LOG_ROWS,
-    MAX_EVALUATIONS_TO_PERIODIC,
     ZERO_CROSSING,
     Accuracy,
-    Outcome,
     Status,
-    march,
 )
-from apesim.march.periodic import NO_RECORD, Drive, Orbit, Record, orbit_of
+from apesim.march.periodic import Drive, Orbit, Record, orbit_of
 
 LONGEST_REST = 0.25
 """Time for which a free shaft is held that has no periodic state [s]; chosen, as in a start."""
@@ -76,8 +73,6 @@ SHARE_OF_ENERGY = 0.05
 """Share of a heavy shaft's kinetic energy, twice that, which the work of a revolution counts as; chosen."""
 REVOLUTION_GOAL = NO_GOAL._replace(max_rest=LONGEST_REST, ends_with_revolution=1)
 """What ends the march of a revolution."""
-NOT_MARCHED = Outcome(Status.DONE, 0, 0, 0, 0, 0, 0.0)
-"""Outcome before the first march."""
 
 
 class Revolutions(Drive):
@@ -96,43 +91,33 @@ class Revolutions(Drive):
         self.peak_places = [own_extremes(prepared.p, i) + PEAK for i in range(len(prepared.p.numbers))]
         self.peaks: np.ndarray | None = None
         self.duration = nan
-        self.last = NOT_MARCHED
 
     def clear_ledger(self, y: np.ndarray) -> None:
         """Let ledgers and extremes begin anew, all but the pressures that friction follows; changes `y`."""
         begin_ledgers(self.p, y)
 
-    def march(
-        self, y: np.ndarray, mode: np.ndarray, count: int = 1, record: Record = NO_RECORD
-    ) -> tuple[np.ndarray, np.ndarray, int]:
-        """March some revolutions, see `Drive.march`; `Status.STOPPED` where the shaft does not finish one forwards."""
-        y, mode = y.copy(), mode.copy()
+    def march_once(self, y: np.ndarray, mode: np.ndarray, record: Record) -> int:
+        """March a revolution, see `Drive.march_once`; `Status.STOPPED` where the shaft does not finish one forwards."""
         place, turns = shaft_states(self.p) + ANGLE, shaft_modes(self.p) + TURNS
         speed = shaft_states(self.p) + SPEED
-        log = record.log if len(record.log) else self.log
+        y[place], mode[turns], before = MARGIN, 0.0, y[speed]
         if self.peaks is not None:
             y[self.peak_places] = self.peaks
-        for _ in range(count):
-            self.clear_ledger(y)
-            y[place], mode[turns], before = MARGIN, 0.0, y[speed]
-            outcome = march(
-                self.p, self.tables, 0.0, y, mode, self.breakpoints, self.accuracy, log, record.times, record.trace
-            )
-            self.last, self.duration = outcome, float(log[outcome.logged - 1, 0])
-            self.cycles += 1
-            self.evaluations += outcome.evaluations
-            if outcome.status not in (Status.DONE, Status.STOPPED):
-                return y, mode, outcome.status
-            if outcome.logged == len(log):  # full, so that its last row may not be that of the end
-                return y, mode, Status.TOO_MANY_EVENTS
-            if self.evaluations > MAX_EVALUATIONS_TO_PERIODIC:
-                return y, mode, Status.TOO_MANY_EVALUATIONS
-            if mode[turns] != 1.0:
-                return y, mode, Status.STOPPED
-            y[place], y[speed] = MARGIN, before + self.leap * (y[speed] - before)
-            shift_times(self.p, mode, self.duration)
-            self.peaks = y[self.peak_places]
-        return y, mode, Status.DONE
+        status = super().march_once(y, mode, record)
+        if status not in (Status.DONE, Status.STOPPED):
+            return status
+
+        # Its last row tells when it ended, unless the log was full.
+        log = record.log if len(record.log) else self.log
+        if self.outcome.logged == len(log):
+            return Status.TOO_MANY_EVENTS
+        self.duration = float(log[self.outcome.logged - 1, 0])
+        if mode[turns] != 1.0:
+            return Status.STOPPED
+        y[place], y[speed] = MARGIN, before + self.leap * (y[speed] - before)
+        shift_times(self.p, mode, self.duration)
+        self.peaks = y[self.peak_places]
+        return Status.DONE
 
 
 class Revolution(NamedTuple):
@@ -221,7 +206,7 @@ def run_revolution(
     columns = len(SHAFT_TRACE) + len(TRACE) * len(prepared.p.numbers)
     record = Record(np.empty((LOG_ROWS, LOG_HEAD + len(orbit.y))), times, np.full((len(times), columns), nan))
     end, mode, status = recorded.march(orbit.y, orbit.mode, record=record)
-    outcome = recorded.last
+    outcome = recorded.outcome
     closure = closure_of_run(prepared, end)
 
     # The others of its period, of whose ledgers the mean is taken; and one at tenfold tolerance, for the error.
