@@ -213,6 +213,7 @@ def held_by_friction(supply, energise, duration, breakaway, **options):
     return machine(supply=supply, energise=energise, release=energise + duration, **friction, **options)
 
 
+@pytest.mark.compiled
 def test_a_state_with_its_valve_held_is_no_start_where_less_friction_lets_it_go():
     rpm, options = 765.07031, {"effects__seal_friction__coefficient": 1e-5}
     commands = 0.03, 6.403413, 113.914435
@@ -223,6 +224,7 @@ def test_a_state_with_its_valve_held_is_no_start_where_less_friction_lets_it_go(
     assert ledgers[0].work == pytest.approx(ledgers[1].work, rel=1e-6)
 
 
+@pytest.mark.compiled
 def test_a_start_with_its_valve_held_beyond_another_stroke_is_put_at_the_stop():
     rpm, options = 2124.0, {"effects__seal_friction__coefficient": 1e-6}
     commands = 0.03, -10.0, 64.3, 50.0

@@ -14,6 +14,8 @@ from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.march.adaptive import LOG_HEAD, ZERO_CROSSING, Status
 
+pytestmark = pytest.mark.compiled
+"""Many revolutions: without compiling they took two thirds of all tests that run so."""
 RPM = TURN / 60.0
 FAN = {"load.quadratic": "2.8496e-3 N m s^2"}
 OF_ALL = ("exergy", "closure", "change", "cycles", "tolerance", "speed")

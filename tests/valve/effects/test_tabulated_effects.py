@@ -107,6 +107,7 @@ def test_heat_over_the_temperature_by_hand():
     assert balance[ENERGY_B] == pytest.approx(interpolate_clamped((0.0, 0.0, -40.0, 0.0, 0.0), place), rel=1e-9)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("heat", [-200.0, 200.0])
 @pytest.mark.parametrize("area", [0.05e-6, 5e-6])
 def test_no_heat_cools_air_to_0_kelvin_or_heats_it_without_end(heat, area):
