@@ -15,5 +15,5 @@ LONG = {
 }
 """Stems of files with so many marches that they take minutes without compiling.
 
-Each effect's law runs as plain Python by default, too: in the examples of the docstrings.
+Each effect's law runs as plain Python in the examples of the docstrings, too.
 """

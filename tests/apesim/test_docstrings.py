@@ -257,6 +257,8 @@ def test_every_equation_names_its_source(folder):
     assert [name for name, head in heads.items() if EQUATION.search(head) and not SOURCED.search(head)] == []
 
 
+@pytest.mark.plain
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", ["apesim", "valve", "engine"])
 def test_examples_of_the_layers_below_run_as_plain_python(folder, tmp_path):
     """Examples are compared with what they print where nothing is compiled."""
