@@ -14,7 +14,7 @@ from apesim.engine.cycle.state import LINE, PIPE, SIZE, STATES, Cycle, engine_le
 from apesim.engine.effects import ENGINE_LIBRARY
 from apesim.engine.exergy import RATES
 from apesim.engine.machine import Machine
-from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, ZERO_CROSSING, Accuracy, Status, march
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, NO_CARRY, TOLERANCE, ZERO_CROSSING, Accuracy, Status, march
 from apesim.march.periodic import (
     MAX_CYCLES,
     NO_RECORD,
@@ -108,7 +108,7 @@ def run_steady(
         return Record(np.empty((log_rows, LOG_HEAD + STATES)), times, np.full((len(times), len(TRACE)), np.nan))
 
     def cycle(y: np.ndarray, mode: np.ndarray, accuracy: Accuracy, record: Record) -> Recorded:
-        outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, *record)
+        outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, *record, NO_CARRY)
         return Recorded(record.log[: outcome.logged], record.trace, y, outcome)
 
     # To the periodic state. A cycle that is recorded on the way has no exergy ledger.

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.kernel import kernel
-from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, NO_CARRY, TOLERANCE, Accuracy, march
 from apesim.march.error_bounds import closure_of
 from apesim.march.hybrid_system import events, handle_event, observe, power, rates, start_segment, zero_crossings
 from apesim.march.periodic import Orbit, periodic_orbit
@@ -371,7 +371,7 @@ def run_bench(
     times = np.asarray(sample) if np.ndim(sample) else np.append(np.arange(0.0, end, float(sample)), end)
     trace = np.empty((len(times), len(TRACE)))
     phase = mode[PHASE]
-    outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, times, trace)
+    outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, times, trace, NO_CARRY)
     log = log[: outcome.logged].copy()
 
     # Strokes are measured over two periods: what opens late in one closes in the next.
@@ -406,7 +406,7 @@ def trace_bench(machine: Any, pulse: float, times: np.ndarray, tolerance: float 
     y, mode = closed_at_start(p)
     log, trace = np.empty((0, LOG_HEAD + STATES)), np.empty((len(times), len(TRACE)))
     breakpoints = tables.breakpoints(0.0, float(times[-1]))
-    outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy_of(p, tolerance), log, times, trace)
+    outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy_of(p, tolerance), log, times, trace, NO_CARRY)
     return trace, outcome.status
 
 

@@ -141,6 +141,27 @@ class Outcome(NamedTuple):
     """Quadrature of the power over the dense output [J]."""
 
 
+STOP, NEXT_STEP, LAST_ERROR, IS_IMPLICIT, SHORT_STEPS, STRETCH_END, REACHED, CARRIED = range(8)
+"""Slots of what a march carries from one call to the next: where the call ends [s], given; length of the next step [s];
+error of the last one over its tolerance; whether steps are implicit; short steps of the stretch; where the stretch ends
+that the call left open [s]; the time reached [s], at a failure too; how many slots there are."""
+NO_CARRY = np.empty(0)
+"""Nothing is carried: the march ends with its breakpoints."""
+
+
+def begin_carry(accuracy: Accuracy) -> np.ndarray:
+    """Return what a march carries before its first call, (CARRIED,).
+
+    >>> carry = begin_carry(Accuracy(1e-7, 0.1, np.ones(1)))
+    >>> round(float(carry[NEXT_STEP]), 6), float(carry[STRETCH_END])
+    (0.005, -inf)
+    """
+    carry = np.zeros(CARRIED)
+    carry[NEXT_STEP], carry[LAST_ERROR] = FIRST_STEP * accuracy.max_step, MIN_LAST_ERROR
+    carry[STRETCH_END] = -np.inf
+    return carry
+
+
 _NODES = np.array([0.046910077030668, 0.230765344947158, 0.5, 0.769234655052842, 0.953089922969332])
 _WEIGHTS = np.array([0.118463442528095, 0.239314335249683, 0.284444444444444, 0.239314335249683, 0.118463442528095])
 
@@ -379,6 +400,7 @@ def march(
     log: np.ndarray,
     times: np.ndarray,
     trace: np.ndarray,
+    carry: np.ndarray,
 ) -> Outcome:
     """March a machine through its smooth stretches.
 
@@ -388,6 +410,9 @@ def march(
 
     Events end a step where they are located on its dense output [4]_, by the Illinois method [5]_ with a bisection in
     every fourth iteration. The power is integrated over the dense output by Gauss and Legendre's five nodes [6]_.
+
+    A march can be taken in calls that each end at a time of their own, and carry over what the next one needs. Such an
+    end is no breakpoint: the smooth stretch goes on behind it, and a step that it cuts short does not shorten the next.
 
     Parameters
     ----------
@@ -412,6 +437,10 @@ def march(
         When to take rows of the trace, ascending [s].
     trace : (r, q) float array
         Filled by `apesim.march.hybrid_system.observe`; rows that the march does not reach are left as they are.
+    carry : (CARRIED,) or (0,) float array
+        What is carried from one call to the next, from `begin_carry` on; the call ends at `carry[STOP]`, which is not
+        after the last breakpoint. Whoever changes parameters, tables or breakpoints in between sets
+        `carry[STRETCH_END]` to -inf: a new stretch begins. Empty: nothing is carried.
 
     Returns
     -------
@@ -452,7 +481,7 @@ def march(
     >>> class NoTables(NamedTuple):
     ...     nothing: float = 0.0
     >>> accuracy, log, times = Accuracy(1e-9, 0.1, np.ones(1)), np.empty((0, 4)), np.empty(0)
-    >>> outcome = march(p, NoTables(), 0.0, y, mode, np.array([1.0]), accuracy, log, times, np.empty((0, 0)))
+    >>> outcome = march(p, NoTables(), 0.0, y, mode, np.array([1.0]), accuracy, log, times, np.empty((0, 0)), NO_CARRY)
     >>> Status(outcome.status).name, round(float(y[0]), 7)
     ('DONE', 0.1353353)
     """
@@ -460,6 +489,7 @@ def march(
     n = scale.shape[0]
     noting = log.shape[0] > 0
     following = noting and is_followed(p)
+    carrying = carry.shape[0] > 0
 
     # Room for stages, dense output, implicit steps and events, once for the whole march: compiled code makes no arrays.
     k, c = np.zeros((7, y.shape[0])), np.zeros((5, n))
@@ -474,28 +504,37 @@ def march(
     work = 0.0
     last_error, was_rejected = MIN_LAST_ERROR, False
     h_next = FIRST_STEP * accuracy.max_step
+    short, stop, breakpoint = 0, np.inf, -np.inf
+
+    # A march that goes on takes up what its last call left; the end of this one is no breakpoint.
+    if carrying:
+        stop, h_next, last_error = carry[STOP], carry[NEXT_STEP], carry[LAST_ERROR]
+        implicit, short, breakpoint = carry[IS_IMPLICIT] > 0.0, int(carry[SHORT_STEPS]), carry[STRETCH_END]
+        carry[STRETCH_END], carry[REACHED] = -np.inf, t
     number = 0
-    while number < breakpoints.shape[0]:
+    while number < breakpoints.shape[0] and t < stop:
         if breakpoints[number] <= t:
             number += 1
             continue
 
         # A smooth stretch begins: the rates jump at a breakpoint, so the slopes of the last step are of no use. It may
         # end before the next breakpoint, where the machine has found out on the way.
-        breakpoint = segment_end(p, tables, t, breakpoints[number], mode)
-        start_segment(p, tables, t, breakpoint, y, mode)
+        if breakpoint <= t:
+            breakpoint = segment_end(p, tables, t, breakpoints[number], mode)
+            start_segment(p, tables, t, breakpoint, y, mode)
+            logged = _note(log, logged, t, BREAKPOINT, 0.0, y)
+            short = 0
         slopes(p, t, y, mode, k[0])
         zero_crossings(p, t, y, k[0], mode, w)
-        logged = _note(log, logged, t, BREAKPOINT, 0.0, y)
-        short = 0
-        while t < breakpoint:
+        while t < breakpoint and t < stop:
             if evaluations > MAX_EVALUATIONS:
                 return Outcome(Status.TOO_MANY_EVALUATIONS, steps, rejected, evaluations, happened, logged, work)
 
             # The length of the step. The last two to a breakpoint are alike: a tiny last one would cost as much as any.
             max_step = accuracy.max_step * step_share(p, y, mode)
             h = min(h_next, max_step)
-            whole = breakpoint - t
+            limit = min(breakpoint, stop)
+            whole = limit - t
             if h >= whole:
                 h = whole
             elif h > 0.5 * whole:
@@ -532,7 +571,8 @@ def march(
                 grown = h * min(1.0 if was_rejected else MAX_FACTOR, allowed)
             was_rejected = False
             h_next = max(grown, h_next) if h == whole else grown
-            last_error = max(error, MIN_LAST_ERROR)
+            if not (h == whole and stop < breakpoint):  # the end of a call says nothing of the errors of whole steps
+                last_error = max(error, MIN_LAST_ERROR)
 
             # An event within it: the step is made again up to there, as dense output is of a lower order than a step.
             events(p, t + h, trial, mode, g_end)
@@ -556,7 +596,7 @@ def march(
 
             # What is read off the step, before its state takes the place of the one before.
             steps += 1
-            end = breakpoint if event < 0 and h == whole else t + h
+            end = limit if event < 0 and h == whole else t + h
             sampling = sampled < times.shape[0] and times[sampled] <= end
             if following or sampling:
                 _interpolant(h, y, trial, implicit, k, u, c)
@@ -576,6 +616,8 @@ def march(
                 implicit = short > most_short
             t, has_jacobian = end, False
             _copy(trial, y)
+            if carrying:
+                carry[REACHED] = t
             if event < 0:
                 _copy(k[6], k[0])
                 continue
@@ -591,5 +633,9 @@ def march(
             breakpoint = segment_end(p, tables, t, breakpoints[number], mode)
             slopes(p, t, y, mode, k[0])
             zero_crossings(p, t, y, k[0], mode, w)
-    logged = _note(log, logged, t, BREAKPOINT, 0.0, y)
+    if carrying:
+        carry[NEXT_STEP], carry[LAST_ERROR], carry[STRETCH_END] = h_next, last_error, breakpoint
+        carry[IS_IMPLICIT], carry[SHORT_STEPS] = 1.0 if implicit else 0.0, short
+    else:
+        logged = _note(log, logged, t, BREAKPOINT, 0.0, y)
     return Outcome(Status.DONE, steps, rejected, evaluations, happened, logged, work)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.march.acceleration import Secants, way_left
-from apesim.march.adaptive import LOG_HEAD, MAX_EVALUATIONS_TO_PERIODIC, Accuracy, Outcome, Status, march
+from apesim.march.adaptive import LOG_HEAD, MAX_EVALUATIONS_TO_PERIODIC, NO_CARRY, Accuracy, Outcome, Status, march
 
 PERIODIC_TOLERANCE = 1e-8
 """Default largest change of a state over a cycle that counts as periodic, relative."""
@@ -197,7 +197,17 @@ class Drive:
         """March one cycle, whose state (m,) and modes (k,) are changed; return its `apesim.march.adaptive.Status`."""
         log = record.log if len(record.log) else self.log
         self.outcome = march(
-            self.p, self.tables, 0.0, y, mode, self.breakpoints, self.accuracy, log, record.times, record.trace
+            self.p,
+            self.tables,
+            0.0,
+            y,
+            mode,
+            self.breakpoints,
+            self.accuracy,
+            log,
+            record.times,
+            record.trace,
+            NO_CARRY,
         )
         return self.outcome.status
 

@@ -18,7 +18,6 @@ from apesim.engine.drivetrain.state import (
     CORNER_LOW,
     EDGE_COUNT,
     EDGE_NUMBER,
-    EDGES,
     ENERGISE,
     FIRST_EDGE,
     MARGIN,
@@ -27,11 +26,7 @@ from apesim.engine.drivetrain.state import (
     Drivetrain,
 )
 from apesim.kernel import kernel
-from apesim.valve.actuator import ActuatorTables
-from apesim.valve.solenoid import MIN_EXCESS, SolenoidCurves, summed_ramps
-
-MERGED = 1e-12
-"""Time up to which two corners of a solenoid are one [s]."""
+from apesim.valve.edges import EDGES, len_of_ramps
 
 
 @kernel
@@ -132,48 +127,3 @@ def issue_edge(p: Drivetrain, tables: CycleTables, i: int, t: float, mode: np.nd
     mode[EDGE_NUMBER] += 1.0
     mode[COMMANDED] = 1.0 - mode[COMMANDED]
     mode[NEXT_TIME] = -np.inf  # to be found anew
-
-
-@kernel
-def len_of_ramps(valve: ActuatorTables) -> float:
-    """Time from an edge to the end of the longest ramp of both solenoids [s]."""
-    return max(_end_of(valve.curves_a), _end_of(valve.curves_b))
-
-
-@kernel
-def _end_of(curves: SolenoidCurves) -> float:
-    """Time from an edge to the end of the longer ramp of a solenoid [s]."""
-    energising, release = curves.energising, curves.release
-    return max(energising[energising.shape[0] - 1, 0], release[release.shape[0] - 1, 0])
-
-
-@kernel
-def next_corner_time(valve: ActuatorTables, t: float) -> float:
-    """Find the next time after `t` [s] at which an energised fraction has a corner; inf: there is none."""
-    return min(_next_of(valve.edges_a, valve.curves_a, t), _next_of(valve.edges_b, valve.curves_b, t))
-
-
-@kernel
-def _next_of(edges: np.ndarray, curves: SolenoidCurves, t: float) -> float:
-    """Find the next corner of one solenoid after `t` [s]: a row of a curve, or where the sum of ramps is clipped."""
-    found, sign = np.inf, 1.0
-    for edge in edges:
-        curve = curves.energising if sign > 0.0 else curves.release
-        for row in range(curve.shape[0]):
-            at = edge + curve[row, 0]
-            if t + MERGED < at < found:
-                found = at
-        sign = -sign
-    if found == np.inf:
-        return found
-
-    # Between two rows the sum of the ramps is a line: where it leaves 0...1 or comes back is a corner, too.
-    before, after = summed_ramps(edges, np.inf, curves, t), summed_ramps(edges, np.inf, curves, found)
-    first = found
-    for level in (0.0, 1.0):
-        low, high = min(before, after) - level, max(before, after) - level
-        if low < -MIN_EXCESS and high > MIN_EXCESS:
-            at = t + (found - t) * (level - before) / (after - before)
-            if t + MERGED < at < first:
-                first = at
-    return first

@@ -22,7 +22,6 @@ from apesim.engine.drivetrain.state import (
     CONTROL,
     DIRECTION,
     EDGE_COUNT,
-    EDGES,
     ENERGISE,
     FIRST_EDGE,
     FRICTION_PRESSURE,
@@ -58,6 +57,7 @@ from apesim.packed import packed
 from apesim.valve.actuator import GAS_SCALE
 from apesim.valve.actuator import SCALE as VALVE_SCALE
 from apesim.valve.chamber import filled
+from apesim.valve.edges import EDGES
 
 MERGED = 1e-9
 """Angle up to which two corners of a cylinder are one [rad]; chosen below the margin by which one is passed."""

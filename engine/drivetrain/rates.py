@@ -29,7 +29,6 @@ from apesim.engine.drivetrain.corners import (
     find_command,
     issue_edge,
     leaves,
-    next_corner_time,
     pass_command,
     pass_corner,
     shift_turn,
@@ -118,6 +117,7 @@ from apesim.restriction import Flow
 from apesim.stack_array import zeros
 from apesim.valve.actuator import MAX_STEP
 from apesim.valve.chamber import chamber_state
+from apesim.valve.edges import next_corner_time
 from apesim.valve.ledger import FLOW_ENTRIES, ledger_flow
 
 LONGEST_STEP = MAX_STEP

@@ -49,7 +49,7 @@ from apesim.engine.drivetrain.state import (
     shaft_modes,
     shaft_states,
 )
-from apesim.march.adaptive import LOG_HEAD, MAX_EVENTS, Status, march
+from apesim.march.adaptive import LOG_HEAD, MAX_EVENTS, NO_CARRY, Status, march
 from apesim.valve.ledger import valve_states
 from apesim.valve.motion import CORNER, MET_OPEN
 
@@ -335,7 +335,7 @@ def march_pieces(
         stops = np.append(breakpoints[(breakpoints > t) & (breakpoints < end)], end)
         first = np.searchsorted(times, t, side="left" if t == 0.0 else "right")
         stop = np.searchsorted(times, end, side="right")
-        outcome = march(p, tables, t, y, mode, stops, accuracy, log, times[first:stop], trace[first:stop])
+        outcome = march(p, tables, t, y, mode, stops, accuracy, log, times[first:stop], trace[first:stop], NO_CARRY)
         known = len(books.rows)
         books.take(log[: outcome.logged])
         t, steps, status = float(log[outcome.logged - 1, 0]), steps + outcome.steps, Status(outcome.status)

@@ -16,6 +16,7 @@ from apesim.kernel import kernel
 from apesim.packed import unpacked
 from apesim.valve.actuator import ActuatorTables
 from apesim.valve.chamber import chamber_state
+from apesim.valve.edges import EDGES
 from apesim.valve.solenoid import SolenoidCurves
 from apesim.views import part_of
 
@@ -35,8 +36,6 @@ PEAK, MAX_PRESSURE, MIN_RECEIVER, MAX_RECEIVER, OWN_EXTREMES = range(5)
 """Extremes of each cylinder, behind those: pressure since its last passage of its own angle 0, and since the last end
 of a revolution, pressure of the receiver in its block since then [Pa abs]; how many there are."""
 
-EDGES = 32
-"""Edges of a command that are remembered; chosen: those of 16 pulses whose ramps have not ended."""
 (
     COMMANDED,
     ENERGISE,

@@ -14,7 +14,7 @@ from apesim.archive.columns import column, run_text, values_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
-from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, Status, march
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, NO_CARRY, Status, march
 from apesim.march.periodic import MAX_CYCLES, Orbit, periodic_orbit
 from apesim.quantities.arguments import Given
 from apesim.quantities.settings import dumps
@@ -107,7 +107,7 @@ class _Drive:
         """March a cycle, and return its log."""
         (y, mode), log = (part.copy() for part in self.state), np.empty((LOG_ROWS, LOG_HEAD + STATES))
         y[len(self.accuracy.scale) :] = 0.0  # the ledger is that of the cycle
-        no_trace = np.empty(0), np.empty((0, len(TRACE)))
+        no_trace = np.empty(0), np.empty((0, len(TRACE))), NO_CARRY
         outcome = march(self.p, self.tables, 0.0, y, mode, self.breakpoints, self.accuracy, log, *no_trace)
         self.state = y, mode
         return log[: outcome.logged] if outcome.status == Status.DONE else log[:0]

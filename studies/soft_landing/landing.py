@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.engine.machine import Machine
-from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, ZERO_CROSSING, Status, march
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, NO_CARRY, ZERO_CROSSING, Status, march
 from apesim.valve.actuator import STATES, ActuatorTables
 from apesim.valve.bench import TRACE, BenchRun, accuracy_of, bench_of, closed_at_start, run_bench
 from apesim.valve.measures import NEVER
@@ -17,7 +17,7 @@ from apesim.valve.solenoid import breakpoints_of
 OPENING, CLOSING = STROKES = ("opening", "closing")
 BOTH, ONLY_A, ONLY_B = SOLENOIDS = ("both", "a", "b")
 """Solenoids that a brake switches: both at once, A alone, B alone."""
-NO_TRACE = np.empty(0), np.empty((0, len(TRACE)))
+NO_TRACE = np.empty(0), np.empty((0, len(TRACE))), NO_CARRY
 """Times and rows of a march of which no trace is taken."""
 Edges = Sequence[float] | np.ndarray
 """Both edges of a brake after the command [s]; empty: no brake."""

@@ -6,7 +6,7 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.cycle import state as cycle_state
 from apesim.engine.cycle.operating_point import accuracy_at, cycle_of
 from apesim.engine.steady import run_steady
-from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, Accuracy, march
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, NO_CARRY, Accuracy, march
 from apesim.valve import actuator, bench
 from apesim.valve.measures import closing_stroke, opening_stroke
 from apesim.valve.motion import MET_CLOSED, MET_OPEN
@@ -22,7 +22,7 @@ def marched(p, tables, y, mode, breakpoints, tolerance, longest_step, scale):
     """Log of a march; the state in y is the end's on return."""
     log = np.empty((LOG_ROWS, LOG_HEAD + len(scale)))
     accuracy = Accuracy(tolerance, longest_step, np.array(scale))
-    outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, np.empty(0), np.empty((0, 0)))
+    outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, np.empty(0), np.empty((0, 0)), NO_CARRY)
     assert outcome.status == 0
     return log[: outcome.logged]
 

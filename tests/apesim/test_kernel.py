@@ -354,7 +354,7 @@ def test_the_type_of_the_first_argument_chooses_the_body(shape, expected):
 
 
 UNREGISTERED = """
-from apesim.march.adaptive import march
+from apesim.march.adaptive import NO_CARRY, march
 from apesim.march.periodic import NO_RECORD
 from apesim.engine.machine import Machine
 from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cycle_of
@@ -362,7 +362,7 @@ from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cy
 p, tables, breakpoints = cycle_of(Machine(), 100.0)
 y, mode = charged_at_rest(p)
 try:
-    march(p, tables, 0.0, y, mode, breakpoints, accuracy_at(p), *NO_RECORD)
+    march(p, tables, 0.0, y, mode, breakpoints, accuracy_at(p), *NO_RECORD, NO_CARRY)
 except TypeError as error:
     print(error)
 """

@@ -30,6 +30,14 @@ def default_machine():
     return find("Machine", "apesim.engine.machine", "engine.machine")()
 
 
+def no_carry():
+    """What hands nothing on between calls of a march: an argument of newer releases, none of older ones."""
+    try:
+        return (find("NO_CARRY", "apesim.march.adaptive"),)
+    except LookupError:
+        return ()
+
+
 def one_litre():
     """The default machine with a receiver of 1 L."""
     machine = default_machine()
@@ -49,10 +57,11 @@ def bench_march():
     p, tables = bench_of(default_machine(), [0.0, 50e-3])
     breakpoints, accuracy = np.array([1.5e-3, 3e-3, 50e-3, 51.5e-3, 53e-3, 100e-3]), accuracy_of(p, 1e-6)
     (start, modes), log, trace = closed(p), np.empty((0, log_head + states)), np.empty((0, len(columns)))
+    carry = no_carry()
 
     def run():
         y, mode = start.copy(), modes.copy()
-        return march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, np.empty(0), trace)
+        return march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, np.empty(0), trace, *carry)
 
     return run
 
@@ -86,15 +95,15 @@ def revolution():
         for name in ("cycle_of", "accuracy_at")
     )
     states = find("STATES", "apesim.engine.cycle.state", "engine.cycle_state")
-    columns = find("TRACE", "apesim.engine.cycle.rates", "engine.cycle")
+    columns = find("TRACE", "apesim.engine.cycle.cylinder_laws", "apesim.engine.cycle.rates", "engine.cycle")
     run_steady, machine, speed = find("run_steady", "apesim.engine.steady", "engine.steady"), one_litre(), 1000.0 * RPM
     p, tables, breakpoints = cycle_of(machine, speed)
     orbit, accuracy = run_steady(machine, speed).orbit, accuracy_at(p)
-    log, trace = np.empty((0, log_head + states)), np.empty((0, len(columns)))
+    log, trace, carry = np.empty((0, log_head + states)), np.empty((0, len(columns))), no_carry()
 
     def run():
         y, mode = orbit.y.copy(), orbit.mode.copy()
-        return march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, np.empty(0), trace)
+        return march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, np.empty(0), trace, *carry)
 
     return run
 

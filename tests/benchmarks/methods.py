@@ -13,7 +13,7 @@ import numba
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from apesim.march.adaptive import EVENTS, LOG_HEAD, LOG_ROWS, TOLERANCE, march
+from apesim.march.adaptive import EVENTS, LOG_HEAD, LOG_ROWS, NO_CARRY, TOLERANCE, march
 from apesim.march.hybrid_system import events, handle_event, rates, start_segment
 from apesim.valve import actuator, bench
 from apesim.valve.motion import CORNER, FLOW, MET_CLOSED, MET_OPEN
@@ -66,7 +66,9 @@ class BenchCycle:
         """Our march; without a log nothing is looked up."""
         y, mode = self.start()
         accuracy = self.accuracy._replace(tolerance=tolerance)
-        return march(self.p, self.tables, 0.0, y, mode, self.breakpoints, accuracy, log, np.empty(0), NO_TRACE)
+        return march(
+            self.p, self.tables, 0.0, y, mode, self.breakpoints, accuracy, log, np.empty(0), NO_TRACE, NO_CARRY
+        )
 
     def contacts(self, tolerance):
         """Times of both contacts by our march [s]."""

@@ -16,7 +16,7 @@ from apesim.engine.cycle.state import (
 )
 from apesim.engine.indicators import indicators
 from apesim.engine.steady import known_state, run_steady
-from apesim.march.adaptive import LOG_HEAD, TOLERANCE, march
+from apesim.march.adaptive import LOG_HEAD, NO_CARRY, TOLERANCE, march
 from apesim.march.periodic import PERIODIC_TOLERANCE, distance, periodic_orbit
 from apesim.valve.actuator import PHASE
 from apesim.valve.piston import STUCK
@@ -254,7 +254,7 @@ def test_work_and_air_of_a_state_that_repeats_after_some_cycles_are_their_mean(r
     y, mode, cycles = run.orbit.y.copy(), run.orbit.mode.copy(), []
     for _ in range(period):
         y[STATES:] = 0.0
-        nothing = np.empty((0, LOG_HEAD + STATES)), np.empty(0), np.empty((0, 0))
+        nothing = np.empty((0, LOG_HEAD + STATES)), np.empty(0), np.empty((0, 0)), NO_CARRY
         march(p, tables, 0.0, y, mode, breakpoints, accuracy_at(p), *nothing)
         cycles.append(y[STATES:].copy())
     assert abs(cycles[1][-1] / cycles[0][-1] - 1.0) > 1e-4

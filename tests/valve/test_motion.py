@@ -5,7 +5,7 @@ import pytest
 
 from apesim.air import internal_energy
 from apesim.flow_function import NEARLY_EQUAL
-from apesim.march.adaptive import BREAKPOINT, EVENTS, LOG_HEAD, LOG_ROWS, ZERO_CROSSING, Status, march
+from apesim.march.adaptive import BREAKPOINT, EVENTS, LOG_HEAD, LOG_ROWS, NO_CARRY, ZERO_CROSSING, Status, march
 from apesim.restriction import ROOM
 from apesim.valve.actuator import (
     AREA,
@@ -57,7 +57,7 @@ def marched(machine, pulse, until, tolerance=1e-9):
     log = np.empty((LOG_ROWS, LOG_HEAD + STATES))
     accuracy = accuracy_of(p, tolerance)
     breakpoints = tables.breakpoints(0.0, until)
-    outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, np.empty(0), np.empty((0, 6)))
+    outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, np.empty(0), np.empty((0, 6)), NO_CARRY)
     return log[: outcome.logged], y, mode, start, outcome.status
 
 

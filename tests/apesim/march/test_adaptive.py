@@ -11,7 +11,17 @@ from scipy.integrate import solve_ivp
 
 from apesim.kernel import cache_folder, kernel
 from apesim.march import adaptive as module
-from apesim.march.adaptive import BREAKPOINT, LOG_HEAD, MAX_EVENTS, REMEDIES, ZERO_CROSSING, Accuracy, Status, march
+from apesim.march.adaptive import (
+    BREAKPOINT,
+    LOG_HEAD,
+    MAX_EVENTS,
+    NO_CARRY,
+    REMEDIES,
+    ZERO_CROSSING,
+    Accuracy,
+    Status,
+    march,
+)
 from apesim.march.hybrid_system import events, handle_event, observe, power, rates, start_segment, zero_crossings
 
 compiled_only = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="plain Python takes minutes over this")
@@ -57,7 +67,17 @@ def run(
     log, trace = np.full((log_rows, LOG_HEAD + n), np.nan), np.full((len(times), 3), np.nan)
     accuracy = Accuracy(tolerance, max_step, np.full(n, scale))
     outcome = march(
-        machine, NoTables(), start, y, mode, np.array(breakpoints, dtype=float), accuracy, log, np.array(times), trace
+        machine,
+        NoTables(),
+        start,
+        y,
+        mode,
+        np.array(breakpoints, dtype=float),
+        accuracy,
+        log,
+        np.array(times),
+        trace,
+        NO_CARRY,
     )
     return outcome, y, mode, log[: outcome.logged], trace
 

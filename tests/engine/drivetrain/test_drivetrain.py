@@ -6,7 +6,7 @@ import pytest
 import apesim
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.drivetrain.closure import closure_of_run
-from apesim.engine.drivetrain.corners import find_command, find_corner, next_corner_time, pass_command, pass_corner
+from apesim.engine.drivetrain.corners import find_command, find_corner, pass_command, pass_corner
 from apesim.engine.drivetrain.preparing import Course, prepare
 from apesim.engine.drivetrain.run import EventKind, run_drivetrain
 from apesim.engine.drivetrain.state import (
@@ -22,8 +22,6 @@ from apesim.engine.drivetrain.state import (
 from apesim.engine.steady import run_steady
 from apesim.kernel import entry
 from apesim.packed import packed, unpacked
-from apesim.valve.actuator import actuator_of
-from apesim.valve.solenoid import breakpoints_of
 from apesim.views import part_of
 from tests.machines import RPM
 
@@ -149,18 +147,6 @@ def test_a_command_holds_in_an_interval_to_both_sides():
     pass_command(False, mode)
     assert mode[[COMMAND_LOW, COMMAND_HIGH]].tolist() == pytest.approx([1.2, TURN - 0.1])
     assert not find_command(1.2, mode)
-
-
-@pytest.mark.parametrize("release", [{}, {"valve.solenoid.release_dead_time": "0.2 ms"}])
-def test_corners_of_a_solenoid_are_those_of_the_bench(release):
-    edges = np.array([0.0, 2e-3, 9e-3, 9.5e-3])
-    _, tables = actuator_of(machine(**release), edges, np.inf)
-    expected, t = breakpoints_of(edges, np.inf, tables.curves_a, 1e-4, 1.0)[:-1], 1e-4
-    found = []
-    while (t := next_corner_time(tables, t)) < np.inf:
-        found.append(t)
-    # The edges themselves are corners of the bench's, where nothing has followed yet.
-    assert found == pytest.approx([time for time in expected if np.abs(edges - time).min() > 1e-9], abs=1e-12)
 
 
 @entry

@@ -14,7 +14,7 @@ from apesim.engine.effects.blow_by import BlowBy
 from apesim.engine.effects.cylinder_wall_heat import ANNAND, COMPRESSOR, HOHENBERG, WOSCHNI, CylinderWallHeat
 from apesim.engine.effects.seat_leak import SeatLeak
 from apesim.engine.indicators import indicators
-from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, march
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, NO_CARRY, march
 from apesim.restriction import CHOKED
 from tests.machines import AMBIENT, RPM, machine, settled
 
@@ -159,7 +159,17 @@ def test_blow_by_changes_over_at_an_event_and_the_work_converges(rpm):
     for tolerance in (1e-7, 1e-12):
         y, mode, log = orbit.y.copy(), orbit.mode.copy(), np.empty((LOG_ROWS, LOG_HEAD + STATES))
         outcome = march(
-            p, tables, 0.0, y, mode, breakpoints, accuracy_at(p, tolerance), log, np.empty(0), np.empty((0, 0))
+            p,
+            tables,
+            0.0,
+            y,
+            mode,
+            breakpoints,
+            accuracy_at(p, tolerance),
+            log,
+            np.empty(0),
+            np.empty((0, 0)),
+            NO_CARRY,
         )
         ends.append(y[-1])
         logs.append(log[: outcome.logged, 1])
