@@ -38,17 +38,17 @@ def when_compiling(tell: Callable[[str], object]) -> Iterator[None]:
         _listeners.remove(tell)
 
 
-def tell_of_compiling(kind: str) -> None:
-    """Tell whoever listens that a march of a kind, see `kind_of_march_types`, is compiled now."""
+def tell_of_compiling(kind: str, target: str = "this processor") -> None:
+    """Tell whoever listens that a march of a kind, see `kind_of_march_types`, is compiled now for a target."""
     for tell in _listeners[:1]:
-        tell(explain_compiling(kind))
+        tell(explain_compiling(kind, target))
 
 
-def explain_compiling(kind: str) -> str:
+def explain_compiling(kind: str, target: str = "this processor") -> str:
     """Say in a line that a march of a kind is compiled, and how long that took last time, or else usually takes."""
     seconds = compile_times().get(kind)
     told = "takes 15 to 60 s" if seconds is None else f"took {seconds:.0f} s last time"
-    return f"compiling the {kind} for this processor, once: {told}"
+    return f"compiling the {kind} for {target}, once: {told}"
 
 
 def kind_of_march_types(arguments: Iterable[Any]) -> str:

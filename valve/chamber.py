@@ -56,6 +56,7 @@ def chamber_state(gas: Gas, content: GasContent, volume: float) -> GasState:
     return GasState((gas.heat_capacity_ratio - 1.0) * content.energy / volume, temperature)
 
 
+@kernel
 def filled(gas: Gas, volume: float, state: GasState) -> GasContent:
     """Return mass and internal energy of the gas in a volume.
 

@@ -1,6 +1,6 @@
 """The commands of apesim, one file each: its options, the one call, and what is printed, drawn or written.
 
-One file or folder each, by its first word: new, machine, valve, engine, measured, gap, archive, paper,
+One file or folder each, by its first word: new, machine, valve, engine, measured, gap, fmu, archive, paper,
 doctor.
 
 options (that commands share) and cli (the whole command line) stand beside them.

@@ -13,6 +13,7 @@ from apesim.cache import CacheWarning, remove_temporary_folders
 from apesim.studies.commands.archive import archive
 from apesim.studies.commands.doctor import check_installation
 from apesim.studies.commands.engine import engine
+from apesim.studies.commands.fmu import fmu
 from apesim.studies.commands.gap import gap
 from apesim.studies.commands.machine import print_machine
 from apesim.studies.commands.measured import measured
@@ -29,6 +30,7 @@ app = typer.Typer(
 )
 app.add_typer(valve, name="valve")
 app.add_typer(engine, name="engine")
+app.add_typer(fmu, name="fmu")
 app.add_typer(archive, name="archive")
 app.add_typer(gap, name="gap")
 app.add_typer(measured, name="measured")

@@ -20,6 +20,7 @@ FUNCTIONS = [getattr(apesim, name) for name in apesim.__all__ if name.islower()]
 NEEDED = {
     "machine": Machine(),
     "machines": [Machine()],
+    "model": "valve",
     "speed": "900 rpm",
     "measured": "no folder",
     "files": ["no.csv"],
