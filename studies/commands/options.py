@@ -39,6 +39,8 @@ SupplyTemperatures = Annotated[
 ]
 Pulse = Annotated[str, typer.Option(metavar="TIME", help="Time for which the solenoids are energised.")]
 Out = Annotated[Path, typer.Option(metavar="F.h5", help="Archive to write.")]
+FmuFile = Annotated[Path, typer.Option("--out", "-o", metavar="F.fmu", help="FMU to write.")]
+FmiVersion = Annotated[int, typer.Option("--fmi", metavar="2|3", help="Version of the standard FMI.")]
 Jobs = Annotated[
     int | None, typer.Option(metavar="N", min=1, help="Processes; as many as the work is worth if left out.")
 ]

@@ -38,7 +38,7 @@ def items_of(model: Model, parameters: Sequence[Parameter], fixed: Sequence[Para
     return [
         Item("time", "Time", "independent", "continuous", "s"),
         *(_input(variable) for variable in model.inputs),
-        *(Item(v.name, v.text, "output", "continuous", v.unit) for v in model.outputs),
+        *(Item(v.name, v.text, "output", "continuous", name_of(v.unit)) for v in model.outputs),
         *(_parameter(each, "parameter", "fixed", "") for each in parameters),
         *(_parameter(each, "local", "constant", "; fixed at export") for each in fixed),
     ]
@@ -49,7 +49,15 @@ def _input(variable: Variable) -> Item:
     kind = "discrete" if variable.is_whole else "continuous"
     ends = variable.low, variable.high
     return Item(
-        variable.name, variable.text, "input", kind, variable.unit, "", variable.start, *ends, variable.is_whole
+        variable.name,
+        variable.text,
+        "input",
+        kind,
+        name_of(variable.unit),
+        "",
+        variable.start,
+        *ends,
+        variable.is_whole,
     )
 
 

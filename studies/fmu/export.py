@@ -13,17 +13,25 @@ import apesim
 from apesim.archive import write_file
 from apesim.engine.machine import Machine
 from apesim.quantities import Fault, InputError, quoted
+from apesim.quantities.arguments import WithUnit
 from apesim.studies.execution.calls import arguments_of, public
 from apesim.studies.execution.output import refuse_to_replace
+from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.fmu.description import describe, identifier_of
+from apesim.studies.fmu.engine_model import engine_model
 from apesim.studies.fmu.header import header
 from apesim.studies.fmu.library import find_compilers, link
-from apesim.studies.fmu.model import Variable
-from apesim.studies.fmu.models import MODELS
+from apesim.studies.fmu.model import Model, Variable
 from apesim.studies.fmu.page import page
 from apesim.studies.fmu.parameters import Parameter, find_orders, find_parameters
 from apesim.studies.fmu.step_object import step_objects
+from apesim.studies.fmu.valve_model import valve_model
+from apesim.studies.run.operating_conditions import SPEED
 
+MODELS = ("valve", "engine")
+"""What can be exported."""
+START_SPEED = "1000 rpm"
+"""Speed of an engine that is not told."""
 VERSIONS = (2, 3)
 """Versions of FMI."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -87,10 +95,41 @@ class ExportedFmu:
             "bytes": self.path.stat().st_size,
         }
 
+    def summary(self) -> str:
+        """Say what was written, as ``apesim fmu`` does.
+
+        Returns
+        -------
+        str
+            Some lines.
+
+        Examples
+        --------
+        >>> fmu = apesim.export_fmu(apesim.Machine(), "valve", "valve.fmu")  # doctest: +SKIP
+        >>> fmu.summary().splitlines()[1]  # doctest: +SKIP
+        'inputs: command, supply_pressure_Pa, supply_temperature_K'
+        """
+        size = self.path.stat().st_size / 1e3
+        lists = {
+            "inputs": self.inputs,
+            "outputs": self.outputs,
+            "parameters": self.parameters,
+            "fixed at export": (*self.fixed, "curves, choices, effects"),
+        }
+        head = f"{self.path}: written, FMI {self.fmi}, {size:.0f} kB, for {' and '.join(self.platforms)}"
+        return "\n".join([head, *(f"{what}: {', '.join(names)}" for what, names in lists.items())])
+
 
 @public
 def export_fmu(
-    machine: Machine, model: str, out: str | PathLike[str], *, fmi: int = 2, overwrite: bool = False
+    machine: Machine,
+    model: str,
+    out: str | PathLike[str],
+    *,
+    fmi: int = 2,
+    speed: WithUnit = START_SPEED,
+    free: bool = False,
+    overwrite: bool = False,
 ) -> ExportedFmu:
     """Export a machine's valve or engine as an FMU for co-simulation, which other programs load without Python.
 
@@ -107,6 +146,10 @@ def export_fmu(
         File to write, ``.fmu``.
     fmi : {2, 3}
         Version of the standard FMI.
+    speed : str or (float, str)
+        Speed of an engine, in whose periodic state its FMU begins.
+    free : bool
+        An engine's shaft is free, and its load is an input; else its speed is.
     overwrite : bool
         Replace a file that is there.
 
@@ -119,6 +162,8 @@ def export_fmu(
     ------
     InputError
         An argument is none of these, or there is no C compiler.
+    NotConverged
+        The engine has no periodic state at that speed.
     ArchiveError
         The file exists, or cannot be written.
 
@@ -129,8 +174,13 @@ def export_fmu(
     >>> fmu.parameters["valve.stroke"]  # doctest: +SKIP
     0.009
     """
-    _, machine = arguments_of("export_fmu", machine)
-    _refuse_wrong(model, fmi)
+    arguments, machine = arguments_of("export_fmu", machine)
+    omega = arguments.quantity("speed", speed, SPEED)
+    if model not in MODELS:
+        arguments.fault("model", f"{quoted(model)} is no model", f"write {' or '.join(MODELS)}")
+    if fmi not in VERSIONS:
+        arguments.fault("fmi", f"{quoted(fmi)} is no version of FMI", "write 2 or 3")
+    arguments.refuse()
     refuse_to_replace(out, overwrite=overwrite)
     compilers = find_compilers()
     if not compilers:
@@ -138,9 +188,9 @@ def export_fmu(
         raise InputError([Fault("export_fmu()", "", wrong, right)])
 
     # What the machine is, as numbers; which of them follow which keys; and the compiled step.
-    made = MODELS[model](machine)
+    made = valve_model(machine) if model == "valve" else _engine(machine, omega, free)
     example = made.numbers_of(machine)
-    parameters, fixed = find_parameters(machine, made.numbers_of)
+    parameters, fixed = find_parameters(machine, made.numbers_of, made.given, made.held)
     orders = find_orders(example, parameters)
     objects = step_objects(machine, made)
 
@@ -170,15 +220,9 @@ def export_fmu(
     )
 
 
-def _refuse_wrong(model: str, fmi: int) -> None:
-    """Refuse arguments that are none; raises InputError."""
-    faults = []
-    if model not in MODELS:
-        faults.append(Fault("export_fmu()", "model", f"{quoted(model)} is no model", f"write {' or '.join(MODELS)}"))
-    if fmi not in VERSIONS:
-        faults.append(Fault("export_fmu()", "fmi", f"{quoted(fmi)} is no version of FMI", "write 2 or 3"))
-    if faults:
-        raise InputError(faults)
+def _engine(machine: Machine, speed: float, free: bool) -> Model:
+    """Make the model of an engine; what settles it compiles in a thread of its own."""
+    return call_in_thread(engine_model, machine, speed, free).result()
 
 
 def _token(*texts: str) -> str:
@@ -192,7 +236,9 @@ def _zipped(contents: Mapping[str, bytes]) -> bytes:
     made = io.BytesIO()
     with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
         for path, content in contents.items():
-            archive.writestr(zipfile.ZipInfo(path, EPOCH), content, zipfile.ZIP_DEFLATED)
+            info = zipfile.ZipInfo(path, EPOCH)
+            info.external_attr = (0o755 if path.startswith("binaries/") else 0o644) << 16
+            archive.writestr(info, content, zipfile.ZIP_DEFLATED)
     return made.getvalue()
 
 

@@ -58,6 +58,10 @@ class Model(NamedTuple):
     """State from which a run begins, (state_size,)."""
     make_step: Callable[[Any], Any]
     """Function from such a tuple to the function of a step, to be compiled for its types and shapes."""
+    given: Sequence[str] = ("supply.pressure", "supply.temperature", "supply.control_pressure")
+    """Keys of the machine that inputs stand for, or that follow them."""
+    held: Sequence[str] = ()
+    """Beginnings of keys that the state at the start follows, too: they are fixed at export."""
 
 
 def supply_inputs(pressure: float, temperature: float, what: str) -> tuple[Variable, Variable]:

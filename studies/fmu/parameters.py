@@ -10,15 +10,13 @@ import numpy as np
 
 from apesim.engine.machine import Machine
 from apesim.quantities import Quantity
-from apesim.quantities.trees import leaves_of, with_value
+from apesim.quantities.trees import leaves_of, overruled, with_value
 from apesim.studies.fmu.flat import flatten
 
 SHARES = 0.01, 0.03
 """Shares by which a key is changed to see what follows; two, as one does not show a curve."""
 EXACT = 1e-9
 """Relative error up to which a number follows a key as predicted; far above rounding, far below any curve."""
-INPUTS = ("supply.pressure", "supply.temperature")
-"""Keys that are inputs of an FMU."""
 
 
 class Effect(NamedTuple):
@@ -46,22 +44,23 @@ class Parameter(NamedTuple):
 
 
 def find_parameters(
-    machine: Machine, numbers_of: Callable[[Machine], Any], inputs: Sequence[str] = INPUTS
+    machine: Machine, numbers_of: Callable[[Machine], Any], given: Sequence[str] = (), held: Sequence[str] = ()
 ) -> tuple[list[Parameter], list[Parameter]]:
     """Find the keys that an importer may change, and those that the machine's numbers follow in another way.
 
     A key may be changed where every number that follows it does so along a line, alone and with all other such keys
-    changed, too: then the FMU computes from them what the export would have computed. `inputs` are keys left out.
+    changed, too: then the FMU computes from them what the export would have computed. The keys `given` by inputs are
+    left out; those that begin with one of `held` are fixed.
     """
     lines: list[Parameter] = []
     fixed: list[Parameter] = []
     base = flatten(numbers_of(machine))
-    for key, declaration, value in _numbers_in(machine, inputs):
+    for key, declaration, value in _numbers_in(machine, given):
         moved = [flatten(numbers_of(with_value(machine, key, _changed(declaration, value, s)))) for s in SHARES]
         if all(np.array_equal(base.view(np.int64), row.view(np.int64)) for row in moved if len(row) == len(base)):
             continue
         changes = [_changed(declaration, value, share) - value for share in SHARES]
-        effects = _effects(base, moved, value, changes)
+        effects = () if key.startswith(tuple(held)) else _effects(base, moved, value, changes)
         (lines if effects else fixed).append(Parameter(key, declaration, value, effects))
 
     # Those that act on a number together, other than by their sum, cannot all be changed.
@@ -74,11 +73,13 @@ def find_parameters(
     return free, fixed
 
 
-def _numbers_in(machine: Machine, inputs: Sequence[str]) -> Iterator[tuple[str, Quantity, float]]:
+def _numbers_in(machine: Machine, given: Sequence[str]) -> Iterator[tuple[str, Quantity, float]]:
     """Keys that have a number which is given, but effects that are off."""
+    unused = [f"{key}." for key, _ in overruled(machine)]
     for key, leaf in leaves_of(type(machine)).items():
         declaration = leaf.declaration
-        if isinstance(declaration, Quantity) and not declaration.whole and key not in inputs:
+        is_used = key not in given and not f"{key}.".startswith(tuple(unused))
+        if isinstance(declaration, Quantity) and not declaration.whole and is_used:
             value = attrgetter(key)(machine)
             if isfinite(value) and not _is_of_effect_that_is_off(machine, key):
                 yield key, declaration, float(value)
@@ -176,5 +177,6 @@ def _is_sum(
     actual = flatten(numbers_of(together))
     if len(actual) != len(base):
         return False
-    is_same = actual.view(np.int64) == predicted.view(np.int64)
-    return bool(np.all(is_same | (np.abs(actual - predicted) <= EXACT * np.maximum(np.abs(actual), np.abs(base)))))
+    others = actual.view(np.int64) != predicted.view(np.int64)
+    actual, predicted, base = (numbers[others] for numbers in (actual, predicted, base))
+    return bool(np.all(np.abs(actual - predicted) <= EXACT * np.maximum(np.abs(actual), np.abs(base))))

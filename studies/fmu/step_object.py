@@ -6,7 +6,7 @@ import pickle
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -22,6 +22,8 @@ from apesim.studies.fmu.platforms import PLATFORMS
 
 STEP = "apesim_step"
 """Name of the function of a step, as the C sources call it."""
+SOURCES = "flat", "native", "model", "step_object"
+"""Files here that a compiled step follows, beside its model's. It is kept in the folder that kernels' files name."""
 COMPILED_FOR = {"NUMBA_CPU_NAME": "x86-64-v2", "NUMBA_CPU_FEATURES": "", "NUMBA_DISABLE_JIT": "0"}
 """What Numba is told by its environment before it is imported: any processor of the last fifteen years."""
 
@@ -49,8 +51,8 @@ def step_objects(machine: Machine, model: Model) -> dict[str, bytes]:
 def _key(model: Model, example: Any) -> str:
     """Name of what is compiled for a model: a hash of the types and shapes of its numbers, and of these sources."""
     digest = hashlib.sha256(repr([model.kind, *_shape_of(example)]).encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
+    for name in (*SOURCES, f"{model.kind}_model"):
+        digest.update(Path(__file__).with_name(f"{name}.py").read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -69,27 +71,25 @@ def _compile_elsewhere(machine: Machine, model: Model, folder: str) -> None:
     """Compile the step of a model into a folder, in a process of its own."""
     environment = os.environ | COMPILED_FOR | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     command = [sys.executable, "-m", "apesim.studies.fmu.step_object", folder]
-    given = pickle.dumps((model.kind, machine))
+    given = pickle.dumps((machine, model.numbers_of, model.make_step))
     done = subprocess.run(command, input=given, capture_output=True, env=environment, check=False)
     if done.returncode:
         raise RuntimeError(f"the step could not be compiled:\n{done.stderr.decode(errors='replace')[-4000:]}")
 
 
-def _compile_here(kind: str, machine: Machine, folder: str) -> None:
+def _compile_here(machine: Machine, numbers_of: Callable[[Machine], Any], make_step: Any, folder: str) -> None:
     """Compile the step of a model into a folder: a file for each platform."""
     from numba import types
 
-    from apesim.studies.fmu.models import MODELS
     from apesim.studies.fmu.native import compile_module, emit_object
 
-    model = MODELS[kind](machine)
     numbers = types.CPointer(types.float64)
     signature = types.int64(numbers, numbers, numbers, types.int64, types.float64, numbers)
-    module = compile_module(model.make_step(model.numbers_of(machine)), signature, STEP)
+    module = compile_module(make_step(numbers_of(machine)), signature, STEP)
     for platform in PLATFORMS:
         Path(folder, platform.name).write_bytes(emit_object(module.clone(), platform.name))
 
 
 if __name__ == "__main__":
-    kind, machine = pickle.load(sys.stdin.buffer)  # of the process that has started this one
-    _compile_here(kind, machine, sys.argv[1])
+    given = pickle.load(sys.stdin.buffer)  # from the process that has started this one
+    _compile_here(given[0], given[1], given[2], sys.argv[1])

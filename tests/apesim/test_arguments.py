@@ -32,6 +32,7 @@ NEEDED = {
 TURNING = [
     (apesim.run_engine, "speed"),
     (apesim.run_many, "speed"),
+    (apesim.export_fmu, "speed"),
     (apesim.sweep, "speed"),
     (apesim.assess_valve, "speed"),
     (apesim.correct_timing, "speed"),
@@ -48,7 +49,7 @@ TURNING = [
 """Arguments that are speeds or angles."""
 SPEEDS = "speed", "until", "from_speed", "rated_speed"
 """Names of those that are speeds."""
-SINGLE = apesim.run_engine, apesim.start_engine, apesim.run_transient, apesim.design_machine
+SINGLE = apesim.run_engine, apesim.start_engine, apesim.run_transient, apesim.design_machine, apesim.export_fmu
 """Functions that take one value of each."""
 BARE = [600, 600.0, np.float64(600.0), np.float32(600), np.int64(600), np.array(600), Fraction(600)]
 BARE_LISTS = [[600, 1000], (600.0, 1000.0), np.arange(600, 1801, 200), [np.float64(60.0)], range(9), ["60 deg", 70]]

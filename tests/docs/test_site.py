@@ -119,7 +119,7 @@ def test_every_command_has_its_function_in_the_table_and_every_function_its_comm
     rows = [line for line in write_python_names().splitlines() if line.startswith("| [")]
     assert [re.search(r"`apesim ([^`]+)`", row)[1] for row in rows] == [
         name
-        for group in ("", "valve", "engine", "archive", "gap", "measured")
+        for group in ("", "valve", "engine", "fmu", "archive", "gap", "measured")
         for name in commands()
         if in_group(name, group) and name not in ONLY_COMMANDS
     ]

@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from ctypes import c_double, c_int
 from pathlib import Path
 
@@ -110,6 +111,15 @@ def test_two_at_once_know_nothing_of_each_other(library):
         lifts.append(first.get("lift_m"))
     assert lifts == expected
     for valve in (alone, first, second):
+        valve.free()
+
+
+def test_instances_run_in_threads(library):
+    valves = [library.instance() for _ in range(4)]
+    with ThreadPoolExecutor(4) as threads:
+        lifts = list(threads.map(lambda valve: valve.lifts(20e-3, 30e-3, 1e-5), valves))
+    assert all(each == lifts[0] for each in lifts) and max(lifts[0]) == STROKE
+    for valve in valves:
         valve.free()
 
 
