@@ -8,7 +8,7 @@ from apesim.quantities.units import Unit, unit
 from apesim.studies.fmu.model import Model, Variable
 from apesim.studies.fmu.parameters import Parameter
 
-UNIT_NAMES = ("Pa", "N/m", "N s/m", "N m s", "N m s^2", "N m", "W/K", "W/(m^2 K)", "J", "m/s", "rad/s")
+UNIT_NAMES = ("Pa", "N/m", "N s/m", "N m s", "N m s^2", "N m", "W/K", "W/(m^2 K)", "J/(kg K)", "J", "m/s", "rad/s")
 """Derived SI units that have a usual name; others are written by their base units."""
 BASE_NAMES = {"meter": "m", "kilogram": "kg", "second": "s", "kelvin": "K", "radian": "rad"}
 """Base units as the standard names them, by our names."""

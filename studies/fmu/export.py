@@ -184,8 +184,7 @@ def export_fmu(
     refuse_to_replace(out, overwrite=overwrite)
     compilers = find_compilers()
     if not compilers:
-        wrong, right = "there is no C compiler", "install gcc, or the package ziglang"
-        raise InputError([Fault("export_fmu()", "", wrong, right)])
+        raise InputError([Fault("C compiler", "", "is not there", "install gcc, or the package ziglang")])
 
     # What the machine is, as numbers; which of them follow which keys; and the compiled step.
     made = valve_model(machine) if model == "valve" else _engine(machine, omega, free)

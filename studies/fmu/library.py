@@ -19,12 +19,10 @@ OPTIONS = ("-O2", "-std=gnu11", "-fPIC", "-shared", "-fvisibility=hidden")
 """Options of every compiler."""
 OLD_FUNCTIONS = ("exp", "log", "pow", "memcpy")
 """Functions of glibc that are taken in their oldest version, see `runtime.c`."""
-OWN_OPTIONS = (
-    "-DAPESIM_OLD_GLIBC",
-    *("-Wl,--gc-sections", "-Wl,-z,defs", "-Wl,-s"),
-    *(f"-Wl,--wrap={name}" for name in OLD_FUNCTIONS),
-)
+OWN_OPTIONS = ("-Wl,--gc-sections", "-Wl,-z,defs", "-Wl,-s")
 """Options of the compiler of a Linux system: nothing may be left undefined."""
+GLIBC_OPTIONS = ("-DAPESIM_OLD_GLIBC", *(f"-Wl,--wrap={name}" for name in OLD_FUNCTIONS))
+"""Further ones where its C library is glibc."""
 
 
 def find_compilers() -> dict[Platform, list[str]]:
@@ -35,7 +33,7 @@ def find_compilers() -> dict[Platform, list[str]]:
         found = {each: [*zig, "-target", each.zig, "-s"] for each in PLATFORMS}
     own = next(filter(None, map(shutil.which, ("gcc", "cc", "clang"))), None)
     if own and sys.platform == "linux" and platform.machine() == "x86_64":
-        found[LINUX] = [own, *OWN_OPTIONS]
+        found[LINUX] = [own, *OWN_OPTIONS, *(GLIBC_OPTIONS if platform.libc_ver()[0] == "glibc" else ())]
     return found
 
 

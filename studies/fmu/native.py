@@ -21,8 +21,8 @@ OPTIMISATION = 2
 def compile_module(function: Any, signature: Any, name: str) -> Any:
     """Compile a function of a signature for Numba, with all that it calls, into a module of LLVM.
 
-    It is there as a function of C with the name; nothing else is seen from outside. Numba has to have been told of the
-    `PROCESSOR` by its environment.
+    It is a function of C with the name for what it is linked with; nothing is seen from outside of that. Numba has to
+    have been told of the `PROCESSOR` by its environment.
     """
     entry = jit(function, **BARE)
     entry.compile(signature)
@@ -32,6 +32,7 @@ def compile_module(function: Any, signature: Any, name: str) -> Any:
     for symbol in (*module.functions, *module.global_variables):
         if not symbol.is_declaration and symbol.name != name:
             symbol.linkage = "internal"
+    module.get_function(name).visibility = "hidden"  # or the step of another library might be called in its place
     return module
 
 

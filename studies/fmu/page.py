@@ -12,7 +12,7 @@ def page(model: Model, parameters: Sequence[Parameter], fixed: Sequence[Paramete
     """Write the page of a model as HTML, with the machine file as text."""
     name = identifier_of(model)
     inputs = _table(
-        ("input", "unit", "start", "what"), ((v.name, v.unit, f"{v.start:g}", v.text) for v in model.inputs)
+        ("input", "unit", "start", "what"), ((v.name, v.unit, f"{v.start:.9g}", v.text) for v in model.inputs)
     )
     outputs = _table(("output", "unit", "what"), ((v.name, v.unit, v.text) for v in model.outputs))
     free = _table(("parameter", "unit", "value"), map(_row, parameters))
@@ -20,7 +20,8 @@ def page(model: Model, parameters: Sequence[Parameter], fixed: Sequence[Paramete
     return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{name}</title>
 <style>body {{ font: 15px sans-serif; max-width: 50em; margin: 2em auto; padding: 0 1em }}
-td, th {{ text-align: left; padding: .1em 1em .1em 0; vertical-align: top }} pre {{ overflow: auto }}</style></head>
+td, th {{ text-align: left; padding: .1em 1em .1em 0; vertical-align: top }}
+table {{ margin-bottom: 1em }} pre {{ overflow: auto }}</style></head>
 <body><h1>{name}</h1>
 <p>Made by apesim {escape(version)}: the {model.kind} of the machine below, for co-simulation. Values are in SI
 units, pressures absolute.</p>

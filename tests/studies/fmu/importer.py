@@ -20,6 +20,7 @@ class Library:
     def __init__(self, path, folder):
         with zipfile.ZipFile(path) as archive:
             archive.extractall(folder)
+        self.folder = folder
         root = ElementTree.parse(folder / "modelDescription.xml").getroot()
         self.token = root.get("guid")
         variables = root.findall("ModelVariables/ScalarVariable")

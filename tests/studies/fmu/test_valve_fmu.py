@@ -1,5 +1,7 @@
 """The valve as an FMU, in hosts that know nothing of it."""
 
+import importlib.util
+import json
 import re
 import shutil
 import subprocess
@@ -10,10 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import apesim
 from apesim.march.adaptive import Status
-from apesim.studies.fmu.library import find_compilers
+from apesim.studies.commands.cli import app
 from apesim.valve.bench import run_bench
 
 STEP, PULSE, END = 1e-4, 50e-3, 100e-3
@@ -32,21 +35,42 @@ def needs(program):
     return pytest.mark.skipif(not shutil.which(program), reason=f"{program} is not installed")
 
 
+HOST = Path(__file__).parent / "host.c"
+
+
+def lift_by_host(host, library, token):
+    """Lift that a host in C prints, which runs a library."""
+    command = [*host, library, token, str(round(END / STEP)), str(STEP)]
+    return np.array(subprocess.run(command, check=True, capture_output=True, text=True).stdout.split(), dtype=float)
+
+
 @needs("gcc")
 def test_a_host_in_c_runs_it_like_run_valve(library, tmp_path):
-    subprocess.run(["gcc", "-O2", Path(__file__).parent / "host.c", "-o", tmp_path / "host", "-ldl"], check=True)
-    command = [tmp_path / "host", library.binary, library.token, str(round(END / STEP)), str(STEP)]
-    lift = np.array(subprocess.run(command, check=True, capture_output=True, text=True).stdout.split(), dtype=float)
+    subprocess.run(["gcc", "-O2", HOST, "-o", tmp_path / "host", "-ldl"], check=True)
+    lift = lift_by_host([tmp_path / "host"], library.binary, library.token)
+    assert abs(lift - marched(apesim.Machine())).max() < 1e-6 * STROKE
+
+
+@pytest.mark.slow
+@needs("wine")
+@pytest.mark.skipif(not importlib.util.find_spec("ziglang"), reason="ziglang is not installed")
+def test_a_host_of_windows_runs_it_like_run_valve(library, tmp_path):
+    zig = [sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-windows-gnu", "-O2"]
+    subprocess.run([*zig, HOST, "-o", tmp_path / "host.exe"], check=True)
+    [binary] = library.folder.glob("binaries/win64/*.dll")
+    lift = lift_by_host(["wine", tmp_path / "host.exe"], binary, library.token)
     assert abs(lift - marched(apesim.Machine())).max() < 1e-6 * STROKE
 
 
 @needs("objdump")
-def test_it_asks_for_nothing_but_an_old_c_library(library):
+def test_it_asks_for_nothing_but_an_old_c_library_and_shows_its_functions_alone(library):
     symbols = subprocess.run(["objdump", "-T", library.binary], check=True, capture_output=True, text=True).stdout
     asked = [line for line in symbols.splitlines() if "*UND*" in line]
     assert not [line for line in asked if re.search(r"Py|NRT|numba", line)]
     versions = [tuple(map(int, v.split("."))) for line in asked for v in re.findall(r"GLIBC_([0-9.]+)", line)]
     assert versions and max(versions) <= OLDEST_GLIBC
+    shown = [line.split()[-1] for line in symbols.splitlines() if ".text" in line]
+    assert shown and all(name.startswith("fmi2") for name in shown)
 
 
 @pytest.mark.parametrize("step", [1e-3, 3.7e-5])
@@ -237,12 +261,15 @@ def test_the_same_machine_gives_the_same_bytes(valve_fmus, tmp_path):
     assert again.path.stat().st_size < 1_000_000
 
 
+def test_the_command_says_what_it_has_written(valve_fmus, tmp_path):
+    out = tmp_path / "valve.fmu"
+    told = json.loads(CliRunner().invoke(app, ["fmu", "valve", "-o", str(out), "--fmi", "3", "--json"]).stdout)
+    assert out.read_bytes() == valve_fmus[3].path.read_bytes()
+    assert told == valve_fmus[3].to_dict() | {"file": str(out)}
+    assert CliRunner().invoke(app, ["fmu", "valve", "-o", str(out)]).exit_code != 0  # it is not replaced
+
+
 def test_what_cannot_be_exported_is_refused(tmp_path):
     with pytest.raises(apesim.InputError) as raised:
         apesim.export_fmu(apesim.Machine(), "tank", tmp_path / "tank.fmu", fmi=1)
     assert [fault.key for fault in raised.value.faults] == ["model", "fmi"]
-
-
-@pytest.mark.skipif(len(find_compilers()) < 2, reason="ziglang is not installed")
-def test_a_library_for_windows_is_in_it(valve_fmus):
-    assert valve_fmus[2].platforms == ("linux64", "win64")
