@@ -364,7 +364,7 @@ def _draw_inertia(started):
     ]
     for ax, (label, columns) in zip(axes, lines, strict=True):
         for number, (name, values) in enumerate(columns.items()):
-            look = {"color": colours_of(2, 0.6)[number], "marker": MARKERS[number]}
+            look = {"color": colours_of(2)[number], "marker": MARKERS[number]}
             ax.loglog(inertias, values, ls="none", ms=3.5, **look, label=name)
         ax.axvspan(INERTIAS[0], inertias[0], color="0.92", lw=0.0)
         ax.set(ylabel=label)

@@ -13,6 +13,7 @@ from apesim.quantities.arguments import WithUnit
 from apesim.studies.archives.grid_result import GridResult
 from apesim.studies.assessment.grid import FIXED, TIMINGS, assess_speeds, faults_of_assessment, undefined_ratios
 from apesim.studies.assessment.summary import points_of
+from apesim.studies.drawing.axes import axes_for, check_plotted, in_house_style
 from apesim.studies.execution.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.run.default_grids import SPEEDS
@@ -76,6 +77,7 @@ class ValveAssessment(GridResult):
 
         return assessment_figures(self.archive, folder)
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, what: str = "brake torque lost") -> "Axes":
         """Draw what each cause costs over speed.
 
@@ -103,13 +105,12 @@ class ValveAssessment(GridResult):
         >>> axes.get_ylabel()
         'brake torque lost [N m]'
         """
-        from apesim.studies.assessment.figures import draw_losses
-        from apesim.studies.drawing.axes import axes_for, check_plotted
+        from apesim.studies.assessment.figures import MARKS, draw_losses
         from apesim.studies.drawing.panels import add_legend
 
         check_plotted(what, PLOTS)
         ax, (name, label) = axes_for(ax), PLOTS[what]
-        draw_losses(ax, self.archive, name)
+        draw_losses(ax, self.archive, name, title=MARKS)
         ax.set_ylabel(label)
         add_legend(ax)
         return ax

@@ -45,6 +45,8 @@ MAX_OVER_MEDIAN = 4.0
 others on the zero line."""
 SPEED = ("speed", "r/min")
 """Name and unit of the x axis of all panels."""
+MARKS = "dots: mean of both orders; bars: from lateness first (end with a tick) to finite speed first"
+"""What dots and bars of losses mean."""
 LEGEND_SIZE = 9.5
 """Size of the letters of the legends, which are few and wide [pt]."""
 
@@ -55,28 +57,26 @@ def assessment_figures(archive: Archive, folder: str | PathLike[str]) -> list[Pa
     `archive` is as `apesim.studies.assessment.grid.assess_speeds` gives it.
     """
     figures = {"losses": partial(_plot_losses, archive), "exergy": partial(_plot_exergy, archive)}
-    return write_figures(figures, folder, conditions_of(archive.machine))
+    timing = f"{archive.provenance['timing']} timing"
+    return write_figures(figures, folder, conditions_of(archive.machine, more=timing))
 
 
 def _plot_losses(archive: Archive) -> Figure:
     """Plot torque lost and air added by each cause over speed: mean of both orders, and the span between them."""
     figure, (left, right) = open_row(2, (10.4, 4.6), sharex=True)
-    title = "Torque lost against the ideal valve; below zero: gained"
-    label_axes(left, y=("brake torque lost", "N m"), title=title)
-    title = "Air added to that of the ideal valve"
-    label_axes(right, y=("air over brake work added", "kg/kWh"), title=title)
-    draw_losses(left, archive, "brake_torque_lost_Nm")
-    draw_losses(right, archive, "specific_air_added_kg_per_kWh")
-    title = "dots: mean of both orders; bars: from lateness first (end with a tick) to finite speed first"
+    label_axes(left, y=("brake torque lost", "N m"))
+    label_axes(right, y=("air over brake work added", "kg/kWh"))
+    draw_losses(left, archive, "brake_torque_lost_Nm", title="Torque lost against the ideal valve; below zero: gained")
+    draw_losses(right, archive, "specific_air_added_kg_per_kWh", title="Air added to that of the ideal valve")
     handles = left.get_legend_handles_labels()[0]
-    add_figure_legend(figure, handles, title=title, fontsize=LEGEND_SIZE, title_fontsize=9)
+    add_figure_legend(figure, handles, title=MARKS, fontsize=LEGEND_SIZE, title_fontsize=9)
     return figure
 
 
-def draw_losses(axis: Axes, archive: Archive, name: str) -> Axes:
+def draw_losses(axis: Axes, archive: Archive, name: str, title: str = "") -> Axes:
     """Draw a loss by each cause over speed: the mean as a line, both orders as the ends of a bar, and the sum.
 
-    `name` is "brake_torque_lost_Nm" or "specific_air_added_kg_per_kWh".
+    `name` is "brake_torque_lost_Nm" or "specific_air_added_kg_per_kWh"; what is not shown is said behind the `title`.
     """
     v = archive.variables
     speed, parts = v["speed_rpm"].values, v[name].values
@@ -94,7 +94,7 @@ def draw_losses(axis: Axes, archive: Archive, name: str) -> Axes:
     label_axes(axis, x=SPEED)
     if len(speed) == 1:
         axis.set_xticks(speed)
-    _cut_off(axis, total, parts)
+    label_axes(axis, title="\n".join([title] * bool(title) + _cut_off(axis, total, parts)))
     return axis
 
 
@@ -104,8 +104,8 @@ def _total_of(mean: np.ndarray) -> np.ndarray:
     return sum(parts, np.zeros(len(mean)))
 
 
-def _cut_off(axis: Axes, total: np.ndarray, parts: np.ndarray) -> None:
-    """Cut off what is far beyond most, and say so; say, too, where sums are undefined."""
+def _cut_off(axis: Axes, total: np.ndarray, parts: np.ndarray) -> list[str]:
+    """Cut off what is far beyond most, and say so in a line; say, too, where sums are undefined."""
     notes = []
     if np.isnan(total).any():
         notes.append("no sum where air over work is undefined")
@@ -114,8 +114,7 @@ def _cut_off(axis: Axes, total: np.ndarray, parts: np.ndarray) -> None:
     if np.nanmax(np.abs(parts), initial=0.0) > highest:
         axis.set_ylim(1.1 * max(np.nanmin(parts), -0.25 * highest), highest)
         notes.append("cut off")
-    if notes:
-        axis.set_title(f"{axis.get_title()}\n({'; '.join(notes)})")
+    return [f"({'; '.join(notes)})"] if notes else []
 
 
 def _plot_exergy(archive: Archive) -> Figure:

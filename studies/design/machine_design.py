@@ -20,6 +20,7 @@ from apesim.studies.design.conductance import effective_area_of
 from apesim.studies.design.plausibility import find_oddities
 from apesim.studies.design.questions import DISCHARGE, QUESTIONS, declarations
 from apesim.studies.design.rules import KEPT, RATED_SPEED, Derived, derive
+from apesim.studies.drawing.axes import axes_for, in_house_style
 from apesim.studies.execution.calls import arguments_of, public
 from apesim.studies.execution.output import refuse_to_replace
 
@@ -155,6 +156,7 @@ class MachineDesign:
         write_file(path, self._text(Path(path).absolute().parent).encode())
         return Path(path)
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the machine to scale, with its dimensions.
 
@@ -174,7 +176,6 @@ class MachineDesign:
         >>> apesim.design_machine(bore="60 mm").plot().get_aspect()
         1.0
         """
-        from apesim.studies.drawing.axes import axes_for
         from apesim.studies.drawing.machine import draw_engine
 
         ax = axes_for(ax)

@@ -19,6 +19,7 @@ from apesim.studies.discharge.evaluation import HEADER, Discharge, discharge
 from apesim.studies.discharge.records import Record, read_tests
 from apesim.studies.discharge.summary import discharge_json
 from apesim.studies.discharge.vessel import Vessel
+from apesim.studies.drawing.axes import axes_for, in_house_style
 from apesim.studies.execution.calls import arguments_of, public
 from apesim.studies.execution.output import refuse_to_replace, write_traces
 from apesim.studies.execution.own_thread import call_in_thread
@@ -158,6 +159,7 @@ class EffectiveArea(Result):
 
         return discharge_figures(self.vessel, self.evaluation, folder)
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the effective area over time, with its 95 % band.
 
@@ -185,8 +187,6 @@ class EffectiveArea(Result):
         'effective area [mm²]'
         >>> folder.cleanup()
         """
-        from apesim.studies.drawing.axes import axes_for
-
         ax = axes_for(ax)
         milliseconds = 1e3 * self.traces["time"].values
         low, area, high = (1e6 * self.traces[name].values for name in ("low", "effective_area", "high"))

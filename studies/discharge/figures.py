@@ -20,10 +20,8 @@ TIME = ("time after the switch", "ms")
 """Name and unit of the x axis of all panels."""
 LONG = 20.0
 """Time that is reported over that at which the valve is open, above which the later part is drawn logarithmically."""
-BRIGHTEST = 0.8
-"""Place of the last test's colour on the colour map."""
-DASHED: Look = {"color": "0.1", "lw": 1.0, "ls": "--"}
-"""Look of the line of all tests together."""
+TOGETHER: Look = {"color": "0.1", "lw": 1.8, "ls": (0, (1, 2.5))}
+"""Look of the line of all tests together: dots that are further apart than those of any test."""
 
 
 def discharge_figures(vessel: Vessel, discharge: Discharge, folder: str | PathLike[str]) -> list[Path]:
@@ -47,7 +45,7 @@ def plot_pressures(discharge: Discharge) -> Figure:
     tests = figure_arrays(discharge)["tests"]
     figure, panels = open_column(2, SIZE, height_ratios=(3, 1))
     above, below = panels
-    for number, (test, colour) in enumerate(zip(tests, colours_of(len(tests), BRIGHTEST), strict=True)):
+    for number, (test, colour) in enumerate(zip(tests, colours_of(len(tests)), strict=True)):
         style = STYLES[number % len(STYLES)]
         time, residuals = test["time"] * 1e3, test["pressure"] - test["fitted"]
         above.plot(time, test["pressure"] / 1e6, ".", color=colour, ms=2.5, alpha=0.5)
@@ -84,7 +82,7 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
     highest = [arrays["full_area"] * 1.25, *(1.05 * test["area"].max() for test in (*tests, pooled))]
     in_percent = 100.0 / arrays["full_area"]
     figure, (above, below) = open_column(2, SIZE, height_ratios=(3, 2))
-    for number, (test, colour) in enumerate(zip(tests, colours_of(len(tests), BRIGHTEST), strict=True)):
+    for number, (test, colour) in enumerate(zip(tests, colours_of(len(tests)), strict=True)):
         style = STYLES[number % len(STYLES)]
         time, all_together = test["knots"] * 1e3, np.interp(test["knots"], pooled["knots"], pooled["area"])
         for axis, scale, zero in ((above, 1e6, 0.0), (below, in_percent, all_together)):
@@ -94,7 +92,7 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
 
     # A single test is all tests together, so that a line of these would lie on its own.
     if len(tests) > 1:
-        above.plot(pooled["knots"] * 1e3, pooled["area"] * 1e6, label="all together", **DASHED)
+        above.plot(pooled["knots"] * 1e3, pooled["area"] * 1e6, label="all together", **TOGETHER)
 
     # The area that emptied the vessel, where it is known; the error ends with what all tests together report.
     if true_area is not None:
@@ -111,7 +109,7 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
     above.set_ylim(0.0, max(highest) * 1e6)
     above.set_xlim(left=0.0)
     add_legend(above, ncols=2)
-    below.axhline(0.0, **DASHED)
+    below.axhline(0.0, **TOGETHER)
     label_axes(below, x=TIME)
     is_open, end = discharge.curve[-1, 0] if len(discharge.curve) else np.inf, pooled["knots"][-1]
     if end > LONG * is_open:  # else the rise would be a line at the edge

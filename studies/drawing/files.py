@@ -1,6 +1,7 @@
 """How figures are written: PNG to look at, PDF to print, SVG for pages; the same bytes each time."""
 
 import io
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -31,6 +32,8 @@ FOOT_SIZE = 7.5
 """Size of the letters of the conditions below a figure [pt]."""
 FOOT_LINE = 1.35 * FOOT_SIZE / 72.0
 """Height of a line of the conditions [inch]."""
+FOOT_LETTER = 0.56 * FOOT_SIZE / 72.0
+"""Width of a letter of the conditions, as most of them are no wider [inch]."""
 FOOT_STEP = 0.05
 """Step in the height of the conditions [inch]: whole pixels at any resolution that is a multiple of 20, so that the
 figure above is not blurred."""
@@ -72,6 +75,7 @@ def save(figure: Figure, folder: str | PathLike[str], name: str, conditions: str
     """
     _lay_out(figure)
     width, height = figure.get_size_inches()
+    conditions = _in_lines(conditions, int(0.98 * width / FOOT_LETTER))
     foot = ceil(FOOT_LINE * (len(conditions.splitlines()) + 0.5) / FOOT_STEP) * FOOT_STEP if conditions else 0.0
     if conditions:
         _hold_legends(figure)
@@ -84,6 +88,17 @@ def save(figure: Figure, folder: str | PathLike[str], name: str, conditions: str
             figure.savefig(content, format=ending, bbox_inches=whole, metadata=dict.fromkeys(left_out))
         write_file(path, content.getvalue())
     return paths
+
+
+def _in_lines(text: str, letters: int) -> str:
+    """Break a text into lines of so many letters at most, behind its commas and semicolons."""
+    lines = [""]
+    for part in re.split(r"(?<=[,;]) ", text):
+        if lines[-1] and len(lines[-1]) + 1 + len(part) > letters:
+            lines.append(part)
+        else:
+            lines[-1] = f"{lines[-1]} {part}".strip()
+    return "\n".join(lines)
 
 
 def write_figure(figure: Figure, path: str | PathLike[str], *, overwrite: bool = False) -> None:

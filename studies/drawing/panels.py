@@ -7,7 +7,9 @@ from typing import Any, Literal
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 
 from apesim.archive import Archive
@@ -21,6 +23,10 @@ MAX_COLUMNS = 3
 """Panels side by side: more would make a strip that no page and no screen shows."""
 LABEL_LETTERS = 44
 """Letters on a line of a legend: half the width of a page."""
+MIN_FREE = 0.3
+"""Share of a panel that lines keep at least below a legend that stands above them."""
+MIN_TITLE = 20
+"""Letters of a title from which it is measured: shorter ones fit any panel."""
 Side = Literal["lower", "upper"]
 """Places of the legend of a figure: below the panels, or above them."""
 OUTSIDE: dict[Side, Literal["outside lower center", "outside upper center"]] = {
@@ -96,30 +102,37 @@ def add_legend(axis: Axes, **options: Any) -> None:
     legend = axis.get_legend()
     assert legend is not None
     free = 1.0 - (legend.get_window_extent().height + 12.0) / axis.get_window_extent().height
-    if free <= 0.3:  # taller than the panel bears: beside it
+    if free <= MIN_FREE and isinstance(figure.get_layout_engine(), ConstrainedLayoutEngine):
+        # Taller than the panel bears: beside it, in a figure that makes room for it.
         axis.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0, **options)
         return
     scale = axis.transScale
     low, high = (scale.transform((1.0, end))[1] for end in axis.get_ylim())
-    axis.set_ylim(top=scale.inverted().transform((1.0, low + (high - low) / free))[1])
+    axis.set_ylim(top=scale.inverted().transform((1.0, low + (high - low) / max(free, MIN_FREE)))[1])
 
 
 def _is_covered(axis: Axes) -> bool:
-    """Whether a line, a marker or a bar of a panel runs through its legend."""
+    """Whether a line, a marker, a bar or a text of a panel runs through its legend."""
     legend = axis.get_legend()
     assert legend is not None
     box = legend.get_window_extent().padded(2.0)
     for line in axis.lines:
         path = line.get_transform().transform_path(line.get_path()).cleaned(remove_nans=True, curves=False)
         points = np.asarray(path.vertices)
-        if line.get_linestyle() == "None":
-            if len(points) and box.count_contains(points[:-1]):
-                return True
-        elif len(points) > 1 and path.intersects_bbox(box, filled=False):
+        half = 0.5 * line.get_markersize() if line.get_marker() != "None" else 0.0
+        if len(points) and box.padded(half).count_contains(points[:-1]):
             return True
+        if line.get_linestyle() != "None" and len(points) > 1 and path.intersects_bbox(box, filled=False):
+            return True
+    bars = [collection for collection in axis.collections if isinstance(collection, LineCollection)]
+    paths = (bar.get_transform().transform_path(path) for bar in bars for path in bar.get_paths())
+    if any(path.intersects_bbox(box, filled=False) for path in paths):
+        return True
     whole = axis.get_window_extent()
-    bars = [patch.get_window_extent() for patch in axis.patches]
-    return any(bar.overlaps(box) for bar in bars if bar.height < whole.height and bar.width < whole.width)
+    patches = [patch.get_window_extent() for patch in axis.patches]
+    others = [patch for patch in patches if patch.height < whole.height and patch.width < whole.width]
+    others += [text.get_window_extent() for text in axis.texts]
+    return any(other.overlaps(box) for other in others)
 
 
 def add_figure_legend(figure: Figure, handles: Sequence[Any], *, side: Side = "lower", **options: Any) -> None:
@@ -148,7 +161,31 @@ def label_axes(
     if y is not None:
         axis.set_ylabel(named(*y))
     if title is not None:
-        axis.set_title(title)
+        add_title(axis, title)
+
+
+def add_title(axis: Axes, title: str) -> None:
+    """Give a panel a title, in as many lines as its width asks for."""
+    axis.set_title(title)
+    if len(title) < MIN_TITLE:
+        return
+    lines = title.split("\n")
+    too_wide = axis.title.get_window_extent().width / axis.get_window_extent().width
+    if too_wide > 1.0:
+        letters = int(max(map(len, lines)) / too_wide)
+        axis.set_title("\n".join(_in_even_lines(line, letters) for line in lines))
+
+
+def _in_even_lines(text: str, letters: int) -> str:
+    """Break a text into as few lines of so many letters at most as it takes, each about as long as the others.
+
+    >>> _in_even_lines("supply pressure 0.9 MPa gauge, 800 r/min", 36).splitlines()
+    ['supply pressure 0.9', 'MPa gauge, 800 r/min']
+    """
+    count = len(textwrap.wrap(text, letters))
+    widths = range(max(len(text) // max(count, 1), 1), letters)
+    evenly = (wrapped for width in widths if len(wrapped := textwrap.wrap(text, width)) == count)
+    return "\n".join(next(evenly, textwrap.wrap(text, letters)))
 
 
 def named(name: str, unit: str) -> str:

@@ -4,7 +4,12 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from cycler import cycler
 
+RED, BLUE = "#c1440e", "#2a6f97"
+"""The two colours that figures use where two things are compared."""
+GREY = "0.4"
+"""Colour of what stands for several colours in a legend."""
 STYLE: dict[Any, Any] = {
     "figure.dpi": 110,
     "savefig.dpi": 160,
@@ -18,30 +23,29 @@ STYLE: dict[Any, Any] = {
     "legend.fontsize": 8.5,
     "legend.frameon": False,
     "lines.linewidth": 1.6,
+    "axes.prop_cycle": cycler(color=[BLUE, RED, "#3a7d44", "#7a4e9c", "#e0a030", "0.3"]),
     "pdf.fonttype": 42,
     "svg.hashsalt": "apesim",
 }
 """Settings of matplotlib that hold while a figure is drawn and written."""
 Look = dict[str, Any]
 """Options of matplotlib that several lines share."""
-RED, BLUE = "#c1440e", "#2a6f97"
-"""The two colours that figures use where two things are compared."""
-GREY = "0.4"
-"""Colour of what stands for several colours in a legend."""
+BRIGHTEST = 0.78
+"""Place of the brightest colour of a line on the colour map, 0 to 1: beyond, lines are too pale on white."""
 
 
-STYLES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)))
+STYLES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (10, 3)))
 """Styles of lines, in turn: what colours distinguish, grey print distinguishes by these or by markers."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 """Markers of points, in turn."""
 
 
-def looks_of(count: int, brightest: float = 0.85) -> list[Look]:
+def looks_of(count: int) -> list[Look]:
     """Colours for an ordered quantity, each with a marker of its own, so that grey print distinguishes them.
 
-    Each is given as options of lines; `brightest` is the place of the last colour on the colour map, 0 to 1.
+    Each is given as options of lines.
     """
-    colours = colours_of(count, brightest)
+    colours = colours_of(count)
     return [{"color": colour, "marker": MARKERS[number % len(MARKERS)]} for number, colour in enumerate(colours)]
 
 
@@ -58,9 +62,6 @@ def spaced(size: int, number: int, count: int) -> tuple[int, int]:
     return step * number // max(count, 1), step
 
 
-def colours_of(count: int, brightest: float = 0.85) -> np.ndarray:
-    """Colours for an ordered quantity, from dark to bright, (count, 4): red, green, blue, opacity.
-
-    `brightest` is the place of the last one on the colour map, 0 to 1; the upper end of the map is too pale for lines.
-    """
-    return matplotlib.colormaps["viridis"](np.linspace(0.0, brightest, count))
+def colours_of(count: int) -> np.ndarray:
+    """Colours for an ordered quantity, from dark to bright, (count, 4): red, green, blue, opacity."""
+    return matplotlib.colormaps["viridis"](np.linspace(0.0, BRIGHTEST, count))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from apesim.archive import remove_file, write_file
 from apesim.quantities import Fault, InputError
 from apesim.quantities.settings import dumps
+from apesim.studies.drawing.axes import axes_for, in_house_style
 from apesim.studies.estimation.model import Model
 from apesim.studies.execution.output import make_folder
 from apesim.studies.gap.decide.consistency import Inconsistency
@@ -329,6 +330,7 @@ class Explanation:
         write_file(folder / "verdict.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
         return data
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, sensor: str | None = None) -> "Axes":
         """Draw what is left of one signal over the noise, before and after what is missing was added.
 
@@ -360,7 +362,6 @@ class Explanation:
         >>> axes.get_title(), axes.get_ylabel()
         ('0.60 MPa gauge, 40 ms, never used', 'model less measured lift [sigmas of the noise]')
         """
-        from apesim.studies.drawing.axes import axes_for
         from apesim.studies.drawing.panels import add_legend
         from apesim.studies.gap.figures.overlays import draw_left
         from apesim.studies.gap.figures.style import WORDS
@@ -387,7 +388,6 @@ class Explanation:
 
     def _plot_curve(self, ax: "Axes | None", means: "list[ComparedSignal]") -> "Axes":
         """Draw the mean of an engine over the speed that the calibrated machine misses most, with the models."""
-        from apesim.studies.drawing.axes import axes_for
         from apesim.studies.drawing.panels import add_legend
         from apesim.studies.gap.figures.curve import draw_curves, list_handles, mark_supplies
         from apesim.studies.gap.report.comparison import find_rms

@@ -13,6 +13,7 @@ import numpy as np
 from apesim.engine.machine import Machine
 from apesim.quantities import Choice, Fault, InputError, Quantity
 from apesim.results import Result, Scalar
+from apesim.studies.drawing.axes import axes_for, in_house_style
 from apesim.studies.execution.calls import public
 from apesim.studies.identify.fit import Identified, identify
 from apesim.studies.identify.free import LEAST_SQUARES, METHODS, free_parameters, si_unit
@@ -90,6 +91,7 @@ class Fit(Result):
         """Whether a gate run contradicts the fitted machine beyond noise."""
         return any(one.contradicted for one in self.gates)
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, run: str | None = None) -> "Axes":
         """Draw a measured run over the fitted machine: its lift, or else its first channel.
 
@@ -118,7 +120,6 @@ class Fit(Result):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('time after the command [ms]', 'lift [mm]')
         """
-        from apesim.studies.drawing.axes import axes_for
         from apesim.studies.drawing.panels import add_legend
         from apesim.studies.identify.figures import draw_run, list_drawable
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from apesim.quantities import unit
-from apesim.studies.drawing.conditions import SUPPLY, conditions_of
+from apesim.studies.drawing.conditions import CONTROL_AIR, VALVE_SECTIONS, conditions_of
 from apesim.studies.drawing.files import write_figures
 from apesim.studies.drawing.panels import (
     MAX_COLUMNS,
@@ -59,7 +59,8 @@ def fit_figures(fit: "Fit", folder: str | PathLike[str]) -> list[Path]:
     pages = [runs[start : start + MAX_RUNS] for start in range(0, len(runs), MAX_RUNS)]
     figures = {f"fit_{page}": partial(_plot_runs, fit, shown) for page, shown in enumerate(pages, 1)}
     assert fit.fitted_machine is not None
-    return write_figures(figures, folder, conditions_of(fit.fitted_machine.to_toml(), SUPPLY))
+    conditions = conditions_of(fit.fitted_machine.to_toml(), CONTROL_AIR, sections=VALVE_SECTIONS)
+    return write_figures(figures, folder, conditions)
 
 
 def list_drawable(fit: "Fit") -> list[MeasuredRun]:

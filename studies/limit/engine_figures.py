@@ -51,8 +51,8 @@ def draw_limits(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
     v["supply_pressure"] = v[pressure_axis]
     of_grid = {name: values[v["point"] != Point.OWN] for name, values in v.items()}
     common: Look = {"ambient_pressure": ambient_pressure}
-    draw_over_pressure(axis, of_grid, "limit_rpm", parameter="duration_deg", label="{:g}°", brightest=0.85, **common)
-    draw_own_point(axis, v, "limit_rpm", **common)
+    draw_over_pressure(axis, of_grid, "limit_rpm", parameter="duration_deg", label="{:g}°", **common)
+    draw_own_point(axis, v, "limit_rpm", more=f"{v['duration_deg'][own_run(v)]:.4g}°", **common)
     label_axes(axis, x=(pressure_axis.replace("_", " "), "MPa gauge"), y=("highest speed", "r/min"))
     return axis
 

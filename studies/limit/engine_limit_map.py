@@ -17,6 +17,7 @@ from apesim.results import Scalar
 from apesim.studies.archives.grid_result import GridResult
 from apesim.studies.archives.machines import read_recorded_machine
 from apesim.studies.archives.pressure_axes import find_pressure_axis
+from apesim.studies.drawing.axes import axes_for, in_house_style
 from apesim.studies.execution.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.limit.engine_limit import CRITERION, LOWEST, Failure, judged, map_engine_limit
@@ -109,6 +110,7 @@ class EngineLimitMap(GridResult):
 
         return engine_limit_figures(self.archive, self.ambient_pressure, folder)
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the highest speed over pressure, for each duration and temperature.
 
@@ -132,7 +134,6 @@ class EngineLimitMap(GridResult):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('supply pressure [MPa gauge]', 'highest speed [r/min]')
         """
-        from apesim.studies.drawing.axes import axes_for
         from apesim.studies.drawing.panels import add_legend
         from apesim.studies.limit.engine_figures import draw_limits
 

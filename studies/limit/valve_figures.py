@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from apesim.archive import Archive
-from apesim.studies.drawing.conditions import SUPPLY, conditions_of
+from apesim.studies.drawing.conditions import CONTROL_AIR, VALVE_SECTIONS, conditions_of
 from apesim.studies.drawing.files import write_figures
 from apesim.studies.drawing.panels import (
     add_figure_legend,
@@ -40,6 +40,10 @@ STROKES = ("opening", "closing")
 """The strokes, a panel for each."""
 SIZE = (9.2, 3.7)
 """Size of the figures with a panel for each stroke [inch]."""
+ROUND = (1, 2, 5, 10)
+"""Steps between levels, times a power of ten: readers interpolate between round numbers."""
+LEVEL = "%g"
+"""How the number of a level is written."""
 MIN_APART = 0.04, 0.1
 """Least distance of two labels of levels, in widths and heights of the panel: closer ones overlap."""
 
@@ -51,8 +55,12 @@ def map_figures(archive: Archive, ambient_pressure: float, folder: str | PathLik
     """
     figures = {name: partial(plot_map, archive, ambient_pressure, name) for name in MAPS}
     figures["velocity"] = partial(plot_velocities, archive, ambient_pressure)
-    pulse = f"{1e3 * float(archive.provenance['pulse_s']):g} ms pulse"
-    return write_figures(figures, folder, conditions_of(archive.machine, SUPPLY, pulse))
+    more = [f"{1e3 * float(archive.provenance['pulse_s']):g} ms pulse"]
+    for name, axis, unit in zip(
+        ("pressure", "temperature"), grid_of(archive, ambient_pressure), ("MPa gauge", "K"), strict=True
+    ):
+        more += [f"control air {name} {axis[0]:.4g} {unit}"] * (len(axis) == 1)
+    return write_figures(figures, folder, conditions_of(archive.machine, CONTROL_AIR, ", ".join(more), VALVE_SECTIONS))
 
 
 def grid_of(archive: Archive, ambient_pressure: float) -> tuple[np.ndarray, np.ndarray]:
@@ -78,7 +86,7 @@ def plot_map(archive: Archive, ambient_pressure: float, name: str) -> Figure:
         label_axes(panels[0], y=(label, unit))
         return figure
     low, high = (function([function(v) for v in values.values()]) for function in (np.nanmin, np.nanmax))
-    levels = MaxNLocator(11).tick_values(low, high)
+    levels = MaxNLocator(11, steps=ROUND).tick_values(low, high)
     for axis, (stroke, field) in zip(panels, values.items(), strict=True):
         filled = axis.contourf(pressures, temperatures, field, levels, cmap="viridis")
         lines = axis.contour(pressures, temperatures, field, levels, colors="white", linewidths=0.6)
@@ -86,13 +94,13 @@ def plot_map(archive: Archive, ambient_pressure: float, name: str) -> Figure:
         label_axes(axis, x=("control pressure", "MPa gauge"), title=stroke)
         axis.grid(False)
     label_axes(panels[0], y=("control air temperature", "K"))
-    figure.colorbar(filled, ax=panels, label=named(label, unit), format="%.3g")
+    figure.colorbar(filled, ax=panels, label=named(label, unit), format=LEVEL)
     return figure
 
 
 def _label_levels(axis: Axes, lines: ContourSet) -> None:
     """Label levels on their lines, but for those that the frame would cut off or that would overlap."""
-    style: Look = {"fmt": "%.3g", "fontsize": 7.5}
+    style: Look = {"fmt": LEVEL, "fontsize": 7.5}
     to_axes, places = axis.transData + axis.transAxes.inverted(), dict[str, tuple[float, float]]()
     for text in axis.clabel(lines, inline=False, **style):
         x, y = to_axes.transform(text.get_position())
@@ -132,7 +140,7 @@ def plot_velocities(archive: Archive, ambient_pressure: float, max_traces: int =
     release = float(archive.provenance["pulse_s"]) * 1e3
     figure, panels = open_row(2, SIZE, sharey=True)
     last = 0.0
-    for look, number in zip(looks_of(len(shown), 0.9), shown, strict=True):
+    for look, number in zip(looks_of(len(shown)), shown, strict=True):
         run = number * len(temperatures) + middle
         velocity = v["velocity"].values[run]
 
@@ -170,7 +178,8 @@ def limit_figures(archive: Archive, ambient_pressure: float, folder: str | PathL
     `ambient_pressure` [Pa abs].
     """
     figures = {"working_limit": partial(_plot_limits, archive, ambient_pressure)}
-    return write_figures(figures, folder, conditions_of(archive.machine, SUPPLY))
+    sections = (*VALVE_SECTIONS, "command")  # the window of its own point is that of the command
+    return write_figures(figures, folder, conditions_of(archive.machine, CONTROL_AIR, sections=sections))
 
 
 def _plot_limits(archive: Archive, ambient_pressure: float) -> Figure:
@@ -196,9 +205,9 @@ def draw_limits(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
     v = columns_of(archive)
     of_grid = {name: values[v["point"] != Point.OWN] for name, values in v.items()}
     common: Look = {"ambient_pressure": ambient_pressure}
-    draw_over_pressure(axis, of_grid, "limit_hz", parameter="duty", label="duty {:g}", brightest=0.9, **common)
+    draw_over_pressure(axis, of_grid, "limit_hz", parameter="duty", label="duty {:g}", **common)
     own = own_run(v)
-    draw_own_point(axis, v, "limit_hz", more=f", duty {v['duty'][own]:.3g}", **common)
+    draw_own_point(axis, v, "limit_hz", more=f"duty {v['duty'][own]:.3g}", **common)
     title = "Every stroke complete"
     if not np.isnan(v["rule_lap_to_lap_s"][own]):
         title += f"; at its own point above the lap for {1e3 * v['rule_lap_to_lap_s'][own]:.2f} ms"

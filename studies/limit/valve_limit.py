@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import cycle, product
 from math import nan
 from os import PathLike
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -20,6 +20,7 @@ from apesim.quantities.arguments import Given
 from apesim.quantities.settings import dumps
 from apesim.results import Scalar
 from apesim.studies.archives.archive_result import ArchiveResult
+from apesim.studies.drawing.axes import in_house_style
 from apesim.studies.execution.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.execution.progress import Progress, show_progress
@@ -57,6 +58,8 @@ WATCHED = 10
 """Cycles that are watched then; chosen: a valve that wanders between its stops falls short in every other cycle."""
 SECONDS_A_POINT = 0.25
 """Estimated computing time of a limit [s]."""
+NAMES = {"limit_hz": "highest working rate", "limit_rpm": "engine speed at it, one event a revolution"}
+"""What figures call the limits."""
 LIMIT_TEMPERATURES = "250 K, 287 K, 322 K"
 DUTIES = "0.3, 0.5"
 FOUND, NONE, DIED = range(3)
@@ -362,6 +365,7 @@ class ValveLimit(ArchiveResult):
         """What a rate has to meet, in words."""
         return CRITERION
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, what: str = "limit_hz") -> "Axes":
         """Draw limits over pressure, a line for each temperature and duty, and the machine's own point.
 
@@ -386,20 +390,23 @@ class ValveLimit(ArchiveResult):
         >>> archive = Archive("", {}, columns)
         >>> axes = ValveLimit({}, variables_of(archive), archive=archive).plot()
         >>> axes.get_xlabel(), axes.get_ylabel()
-        ('control pressure [MPa abs]', 'limit hz [Hz]')
+        ('control pressure [MPa gauge]', 'highest working rate [Hz]')
         """
+        from apesim.studies.drawing.style import STYLES, Look, looks_of
+        from apesim.studies.limit.lines import OWN_POINT
+
         temperatures, duties, points = (self.traces[n].values for n in ("supply_temperature", "duty", "point"))
         is_own = points == Point.OWN
-        groups = {
-            f"{temperature:g} K, duty {duty:g}": np.flatnonzero(
-                (temperatures == temperature) & (duties == duty) & ~is_own
-            )
-            for duty in np.unique(duties[~is_own])
-            for temperature in np.unique(temperatures[~is_own])
-        }
+        of_duties, kelvins = np.unique(duties[~is_own]), np.unique(temperatures[~is_own])
+        groups: dict[str, tuple[np.ndarray, Look]] = {}
+        for duty, of_duty in zip(of_duties, looks_of(len(of_duties)), strict=True):
+            for kelvin, style in zip(kelvins, cycle(STYLES)):
+                chosen = np.flatnonzero((temperatures == kelvin) & (duties == duty) & ~is_own)
+                groups[f"{kelvin:g} K, duty {duty:g}"] = chosen, of_duty | {"ls": style}
         for run in np.flatnonzero(is_own):
-            groups[f"the machine's own: {temperatures[run]:g} K, duty {duties[run]:.3g}"] = np.array([run])
-        return plot_over_pressure(self, what, ax, groups)
+            label = f"the machine's own: {temperatures[run]:g} K, duty {duties[run]:.3g}"
+            groups[label] = np.array([run]), OWN_POINT
+        return plot_over_pressure(self, what, ax, groups, NAMES.get(what, ""))
 
 
 @public

@@ -16,6 +16,8 @@ from apesim.march.adaptive import Status
 from apesim.quantities.arguments import Given
 from apesim.quantities.settings import dumps
 from apesim.studies.archives.archive_result import ArchiveResult
+from apesim.studies.archives.machines import read_recorded_machine
+from apesim.studies.drawing.axes import axes_for, check_plotted, in_house_style
 from apesim.studies.execution.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.run.march_status import STATUS_MEANINGS
@@ -24,6 +26,8 @@ from apesim.valve.bench import run_bench
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from apesim.studies.drawing.style import Look
 
 PRESSURES = "0.1:1.9:0.2 MPa gauge"
 TEMPERATURES = "250:322:8 K"
@@ -128,6 +132,7 @@ class ValveMap(ArchiveResult):
         """Grid and pulse."""
         return grid_conditions(archive) | {"pulse": f"{1e3 * float(archive.provenance['pulse_s']):g} ms"}
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, what: str = "opening_delay") -> "Axes":
         """Draw a measure over pressure, a line for each temperature.
 
@@ -151,7 +156,7 @@ class ValveMap(ArchiveResult):
         >>> result = ValveMap({}, variables_of(archive), archive=archive)
         >>> axes = result.plot()
         >>> axes.get_xlabel(), axes.get_ylabel()
-        ('control pressure [MPa abs]', 'opening delay [s]')
+        ('control pressure [MPa gauge]', 'opening delay [ms]')
         """
         return plot_over_pressure(self, what, ax)
 
@@ -170,25 +175,33 @@ def grid_conditions(archive: Archive) -> dict[str, str]:
 
 
 def plot_over_pressure(
-    result: ArchiveResult, what: str, ax: "Axes | None" = None, groups: Mapping[str, np.ndarray] | None = None
+    result: ArchiveResult,
+    what: str,
+    ax: "Axes | None" = None,
+    groups: "Mapping[str, tuple[np.ndarray, Look]] | None" = None,
+    name: str = "",
 ) -> "Axes":
     """Draw a variable, e.g. "opening_delay", over the control pressure, a line for each temperature.
 
-    Without `ax` in a new figure; `groups` has the runs of each line by its label, where the temperature alone does not
-    tell them apart.
+    Without `ax` in a new figure; `groups` has the runs of each line and its look by its label, where the temperature
+    alone does not tell them apart. `name` is what the variable is called, if not by its own name.
     """
-    from apesim.studies.drawing.axes import axes_for, check_plotted
-    from apesim.studies.drawing.panels import add_legend
+    from apesim.studies.drawing.panels import add_legend, gauge_in_mpa, label_axes
+    from apesim.studies.drawing.style import looks_of
 
     check_plotted(what, result.traces)
     ax, trace = axes_for(ax), result.traces[what]
     pressures, temperatures = (result.traces[f"supply_{axis}"].values for axis in ("pressure", "temperature"))
-    groups = groups or {f"{each:g} K": np.flatnonzero(temperatures == each) for each in np.unique(temperatures)}
-    for label, runs in groups.items():
+    gauge = gauge_in_mpa(pressures, read_recorded_machine(result.machine).ambient.pressure)
+    if groups is None:
+        kelvins = np.unique(temperatures)
+        looks = zip(kelvins, looks_of(len(kelvins)), strict=True)
+        groups = {f"{kelvin:g} K": (np.flatnonzero(temperatures == kelvin), look) for kelvin, look in looks}
+    factor, unit = (1e3, "ms") if trace.unit == "s" else (1.0, "" if trace.unit == "1" else trace.unit)
+    for label, (runs, look) in groups.items():
         runs = runs[np.argsort(pressures[runs], kind="stable")]
-        ax.plot(pressures[runs] / 1e6, trace[runs], marker="o", ms=3, label=label)
-    unit = "" if trace.unit == "1" else f" [{trace.unit}]"
-    ax.set(xlabel="control pressure [MPa abs]", ylabel=f"{what.replace('_', ' ')}{unit}", title=result.title)
+        ax.plot(gauge[runs], factor * trace[runs], label=label, **{"ms": 4} | look)
+    label_axes(ax, x=("control pressure", "MPa gauge"), y=(name or what.replace("_", " "), unit), title=result.title)
     add_legend(ax)
     return ax
 

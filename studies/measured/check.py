@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from apesim.engine.machine import Machine
 from apesim.quantities import Fault, InputError
+from apesim.studies.drawing.axes import axes_for, in_house_style
 from apesim.studies.execution.calls import public
 from apesim.studies.measured import Measured
 from apesim.studies.measured.arguments import Tell, open_measured
@@ -83,6 +84,7 @@ class MeasuredCheck:
             "wall_time_s": self.wall_time_s,
         }
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, run: str | None = None, channel: str | None = None) -> "Axes":
         """Draw a channel of a run over the machine, with what was found.
 
@@ -113,7 +115,6 @@ class MeasuredCheck:
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('time [ms]', 'lift [mm]')
         """
-        from apesim.studies.drawing.axes import axes_for
         from apesim.studies.drawing.panels import add_legend
         from apesim.studies.measured.figures import draw_channel
 

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from apesim.quantities import unit
-from apesim.studies.drawing.conditions import SUPPLY, conditions_of
+from apesim.studies.drawing.conditions import CONTROL_AIR, SUPPLY, VALVE_SECTIONS, conditions_of
 from apesim.studies.drawing.files import write_figures
 from apesim.studies.drawing.panels import (
     MAX_COLUMNS,
@@ -83,7 +83,9 @@ def measured_figures(check: "MeasuredCheck", folder: str | PathLike[str]) -> lis
     figures = {f"runs_{page}": partial(plot_runs, check, numbers) for page, numbers in enumerate(pages, 1)}
     if any(run.means for run in check.measured.runs):
         figures["means"] = partial(plot_means, check)
-    return write_figures(figures, folder, conditions_of(check.machine.to_toml(), SUPPLY))
+    is_valve = check.measured.bench == VALVE
+    shown, sections = (CONTROL_AIR, VALVE_SECTIONS) if is_valve else (SUPPLY, None)
+    return write_figures(figures, folder, conditions_of(check.machine.to_toml(), shown, sections=sections))
 
 
 def plot_runs(check: "MeasuredCheck", numbers: Sequence[int]) -> Figure:

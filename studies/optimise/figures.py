@@ -23,19 +23,19 @@ from apesim.studies.drawing.panels import (
     open_one,
     open_row,
 )
-from apesim.studies.drawing.style import looks_of
+from apesim.studies.drawing.style import BLUE, RED, looks_of
 
 LOOKS = {
-    "fixed": ("0.55", "x", "fixed"),
-    "most_torque": ("#c0392b", "o", "for most torque"),
-    "least_air": ("#2166ac", "s", "for least specific air"),
+    "fixed": ("0.45", "x", "fixed"),
+    "most_torque": (RED, "o", "for most torque"),
+    "least_air": (BLUE, "s", "for least specific air"),
 }
 """Colour, marker and name of the commands: the machine's own, and those for each goal."""
 ANGLES = {
-    "energise": ("energise_deg", "#2166ac", "o--"),
-    "opens": ("valve_open_deg", "#2166ac", "o-"),
-    "release": ("release_deg", "#c0392b", "s--"),
-    "closes": ("valve_close_deg", "#c0392b", "s-"),
+    "energise": ("energise_deg", BLUE, "o--"),
+    "opens": ("valve_open_deg", BLUE, "o-"),
+    "release": ("release_deg", RED, "s--"),
+    "closes": ("valve_close_deg", RED, "s-"),
 }
 """Column, colour, marker and style of each angle."""
 SPEED = ("speed", "r/min")
@@ -122,7 +122,7 @@ def _plot_fronts(archive: Archive) -> Figure:
 def _draw_fronts(axis: Axes, archive: Archive) -> Axes:
     """Draw the Pareto front of torque and specific air at each speed, beside the machine's own commands."""
     v = columns_of(archive)
-    for run, (speed, look) in enumerate(zip(v["speed_rpm"], looks_of(len(v["speed_rpm"]), 0.9), strict=True)):
+    for run, (speed, look) in enumerate(zip(v["speed_rpm"], looks_of(len(v["speed_rpm"])), strict=True)):
         x, y = v["front_brake_torque_Nm"][run], v["front_specific_air_kg_per_kWh"][run]
         axis.plot(x, y, ms=3, label=f"{speed:g}", **look)
         own = v["fixed_brake_torque_Nm"][run], v["fixed_specific_air_kg_per_kWh"][run]

@@ -13,6 +13,7 @@ from apesim.quantities import Arguments, Choice, InputError
 from apesim.quantities.arguments import WithUnit
 from apesim.results import Scalar
 from apesim.studies.archives.grid_result import GridResult
+from apesim.studies.drawing.axes import axes_for, check_plotted, in_house_style
 from apesim.studies.execution.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.optimise.landscape import Goal
@@ -101,6 +102,7 @@ class OptimalCommands(GridResult):
 
         return optimise_figures(self.archive, self.ambient_pressure, folder)
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, what: str = "brake torque") -> "Axes":
         """Draw what the best and the machine's own commands give over speed.
 
@@ -131,7 +133,6 @@ class OptimalCommands(GridResult):
         >>> best.plot().get_ylabel()
         'brake torque [N m]'
         """
-        from apesim.studies.drawing.axes import axes_for, check_plotted
         from apesim.studies.drawing.panels import add_legend
         from apesim.studies.optimise.figures import draw_over_speed
 

@@ -13,7 +13,7 @@ from apesim.archive import Archive
 from apesim.engine.machine import Machine
 from apesim.studies.discharge import Discharge, Vessel
 from apesim.studies.discharge.figures import plot_areas, plot_pressures
-from apesim.studies.drawing.conditions import SUPPLY, conditions_of
+from apesim.studies.drawing.conditions import CONTROL_AIR, VALVE_SECTIONS, conditions_of
 from apesim.studies.drawing.files import write_figures
 from apesim.studies.drawing.panels import add_legend, label_axes, open_column, open_one, open_panels
 from apesim.studies.drawing.style import BLUE, RED, STYLES, Look, colours_of
@@ -77,13 +77,14 @@ def paper_figures(
         "fig11_seating_speed": partial(plot_map, archive, ambient, "seating_speed"),
         "friction_map": partial(_plot_frictions, frictions),
     }
-    return write_figures(figures, folder, conditions_of(archive.machine, SUPPLY))
+    conditions = conditions_of(archive.machine, CONTROL_AIR, sections=VALVE_SECTIONS)
+    return write_figures(figures, folder, conditions)
 
 
 def _plot_lifts(machine: Machine) -> Figure:
     """Plot the lift over time at 0.16, 0.40 and 0.49 MPa gauge (Fig. 6)."""
     figure, axis = open_one((6.4, 3.7))
-    colours = colours_of(len(LIFT_PRESSURES), 0.8)
+    colours = colours_of(len(LIFT_PRESSURES))
     for pressure, colour, style in zip(LIFT_PRESSURES, colours, STYLES, strict=False):
         supplied = with_control_air(machine, machine.ambient.pressure + pressure * 1e6, TEMPERATURE)
         run = run_bench(supplied, PULSE)

@@ -24,6 +24,7 @@ from apesim.march.adaptive import Status
 from apesim.quantities import split_header
 from apesim.quantities.arguments import WithUnit
 from apesim.results import NotConverged, Result, Trace, name_of, scalars_of
+from apesim.studies.drawing.axes import axes_for, check_plotted, in_house_style
 from apesim.studies.execution.calls import arguments_of, public, text_writer
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.run.compiling import compile_point
@@ -72,8 +73,6 @@ AXES = {
 """Unit in SI and label of the traces that are drawn."""
 TORQUE = TRACE.index("torque [N m]")
 """Column of a trace."""
-LINE_STYLES = "-", "--", "-.", ":"
-"""Styles of the lines of several cylinders, in turn."""
 PLOTS = {
     "cylinder pressure": ("crank_angle_deg", "cylinder_pressure"),
     "lift": ("crank_angle_deg", "lift"),
@@ -139,6 +138,7 @@ class EngineRun(Result):
             "warnings": list(self.warnings),
         }
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, what: str = "cylinder pressure") -> "Axes":
         """Draw a trace of the cycle, a line for each cylinder.
 
@@ -167,17 +167,19 @@ class EngineRun(Result):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('crank angle after TDC [deg]', 'cylinder pressure [MPa abs]')
         """
-        from apesim.studies.drawing.axes import axes_for, check_plotted
+        from apesim.studies.drawing.panels import add_legend, add_title
+        from apesim.studies.drawing.style import STYLES
 
         check_plotted(what, PLOTS)
         ax = axes_for(ax)
         x, y = PLOTS[what]
         lines = ax.plot(self.traces[x].values / AXES[x][0], self.traces[y].values / AXES[y][0])
+        ax.set(xlabel=AXES[x][1], ylabel=AXES[y][1])
+        add_title(ax, self._told_conditions())
         if len(lines) > 1:
-            for number, (line, style) in enumerate(zip(lines, cycle(LINE_STYLES)), start=1):
+            for number, (line, style) in enumerate(zip(lines, cycle(STYLES)), start=1):
                 line.set(linestyle=style, label=f"cylinder {number}")
-            ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-        ax.set(xlabel=AXES[x][1], ylabel=AXES[y][1], title=self._told_conditions())
+            add_legend(ax)
         return ax
 
     def plot_lift(self, ax: "Axes | None" = None) -> "Axes":

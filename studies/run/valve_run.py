@@ -10,6 +10,7 @@ from apesim.march.adaptive import TOLERANCE, Status
 from apesim.quantities import split_header
 from apesim.quantities.arguments import Given
 from apesim.results import NotConverged, Result, Trace, scalars_of
+from apesim.studies.drawing.axes import axes_for, check_plotted, in_house_style
 from apesim.studies.execution.calls import arguments_of, compile_first, public, text_writer
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.run.engine_run import supply_conditions
@@ -55,11 +56,11 @@ TRACE_NAMES = {
     "temperature_a": "temperature of chamber A",
     "temperature_b": "temperature of chamber B",
 }
-PLOTS: dict[str, tuple[str, float, dict[str, str | None]]] = {
-    "lift": ("lift [mm]", 1e-3, {"lift": None}),
-    "pressures": ("pressure [MPa abs]", 1e6, {"pressure_a": "chamber A", "pressure_b": "chamber B"}),
+PLOTS: dict[str, tuple[str, float, dict[str, tuple[str | None, str]]]] = {
+    "lift": ("lift [mm]", 1e-3, {"lift": (None, "-")}),
+    "pressures": ("pressure [MPa abs]", 1e6, {"pressure_a": ("chamber A", "-"), "pressure_b": ("chamber B", "--")}),
 }
-"""What a run draws: label of the axis, its unit in SI, and traces with their labels."""
+"""What a run draws: label of the axis, its unit in SI, and traces with their labels and styles of lines."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -112,6 +113,7 @@ class ValveRun(Result):
             "warnings": list(self.warnings),
         }
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, what: str = "lift") -> "Axes":
         """Draw traces over time.
 
@@ -140,15 +142,15 @@ class ValveRun(Result):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('time after the solenoids are energised [ms]', 'lift [mm]')
         """
-        from apesim.studies.drawing.axes import axes_for, check_plotted
-        from apesim.studies.drawing.panels import add_legend
+        from apesim.studies.drawing.panels import add_legend, add_title
 
         check_plotted(what, PLOTS)
         ax = axes_for(ax)
         ylabel, unit, drawn = PLOTS[what]
-        for name, label in drawn.items():
-            ax.plot(self.traces["time"].values / 1e-3, self.traces[name].values / unit, label=label)
-        ax.set(xlabel="time after the solenoids are energised [ms]", ylabel=ylabel, title=self._told_conditions())
+        for name, (label, style) in drawn.items():
+            ax.plot(self.traces["time"].values / 1e-3, self.traces[name].values / unit, ls=style, label=label)
+        ax.set(xlabel="time after the solenoids are energised [ms]", ylabel=ylabel)
+        add_title(ax, self._told_conditions())
         if len(drawn) > 1:
             add_legend(ax)
         return ax

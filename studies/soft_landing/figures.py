@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from apesim.archive import Archive
-from apesim.studies.drawing.conditions import conditions_of
+from apesim.studies.drawing.conditions import CONTROL_AIR, VALVE_SECTIONS, conditions_of
 from apesim.studies.drawing.files import write_figures
 from apesim.studies.drawing.panels import (
     add_figure_legend,
@@ -23,14 +23,28 @@ from apesim.studies.drawing.panels import (
     open_panels,
     spread_out,
 )
-from apesim.studies.drawing.style import looks_of
+from apesim.studies.drawing.style import BLUE, RED, STYLES, Look, looks_of
 
-STROKES = {"opening": "C0", "closing": "C1"}
+STROKES = {"opening": BLUE, "closing": RED}
 """Colour of each stroke."""
 STROKE_STYLES = {"opening": "-", "closing": "--"}
 """Style of each stroke's lines."""
-BRAKES = {"softest": ("#d55e00", "-"), "sturdy": ("#0072b2", "--")}
-"""Colour and style of each kind of brake: colour-blind eyes distinguish vermilion and blue (Okabe and Ito)."""
+LOWEST_STYLES = {"opening": ":", "closing": "-."}
+"""Style of the lowest speed of each stroke without a brake."""
+ALLOWED: Look = {"color": "0.4", "lw": 0.9, "ls": STYLES[4]}
+"""Look of the line at the time that a stroke may take longer."""
+UNBRAKED: Look = {"color": "0.55", "lw": 1.0, "ls": ":"}
+"""Look of the seating speed without a brake."""
+BRAKES = {"softest": (RED, "-"), "sturdy": (BLUE, "--")}
+"""Colour and style of each kind of brake."""
+TRACES: dict[str, Look] = {
+    "unbraked": {"color": "0.45", "lw": 1.2, "ls": "--"},
+    "braked": {"color": RED, "lw": 1.6},
+    "command": {"color": "0.1", "lw": 1.0, "ls": ":"},
+}
+"""Looks of traces without a brake and with one, and of its command."""
+ENERGISED = "solenoid {},\nenergised [-]"
+"""Name of the fraction to which a solenoid is energised."""
 MAX_CURVES = 3
 """Pressures that are shown at most: a column of panels for each."""
 MARKERS = ("v", "o", "^")
@@ -56,8 +70,9 @@ def soft_landing_figures(archive: Archive, ambient_pressure: float, folder: str 
         "robustness": partial(_plot_robustness, v, titles),
     }
     figures |= {f"traces_{stroke}": partial(_plot_traces, v, titles, stroke, dwell) for stroke in STROKES}
-    conditions = conditions_of(archive.machine, ("supply.pressure", "supply.control_pressure"))
-    return write_figures(figures, folder, conditions)
+    kelvins = "".join(f"control air {kelvin:g} K, " for kelvin in np.unique(v["supply_temperature"]))
+    more = f"{kelvins}{dwell:g} ms pulse, solenoids that brake: {archive.provenance['solenoids'].replace(', ', ' or ')}"
+    return write_figures(figures, folder, conditions_of(archive.machine, CONTROL_AIR, more, VALVE_SECTIONS))
 
 
 def shown_of(archive: Archive, ambient_pressure: float) -> tuple[dict[str, np.ndarray], Titles, float, float]:
@@ -111,7 +126,7 @@ def _plot_fronts(v: Columns, titles: Titles, spacing: float, cost: float) -> Fig
         for stroke, colour in STROKES.items():
             unbraked = v[f"{stroke}_seating_speed"][run]
             axis.plot(0.0, unbraked, "o", color=colour, ms=5, clip_on=False, zorder=3)
-            axis.axhline(v[f"{stroke}_lowest_speed"][run], color=colour, lw=0.8, ls=":")
+            axis.axhline(v[f"{stroke}_lowest_speed"][run], color=colour, lw=0.8, ls=LOWEST_STYLES[stroke])
 
             # A thin line for edges at any spacing, a wide one for those that the solenoids can follow.
             for limit, width in (("any", 1.4), ("within", 3.0)):
@@ -130,7 +145,7 @@ def _plot_fronts(v: Columns, titles: Titles, spacing: float, cost: float) -> Fig
         if all(np.isnan(v[f"{stroke}_within_spacing_front_speed"][run]).all() for stroke in STROKES):
             note = f"edges {spacing:.3g} ms apart:\nno brake lowers it"
             axis.text(0.93, 0.68, note, transform=axis.transAxes, ha="right", bbox={"fc": "white", "ec": "none"})
-        axis.axvline(cost, color="0.4", lw=0.9, ls="--")
+        axis.axvline(cost, **ALLOWED)
         label_axes(axis, x=("time added to the stroke", "ms"))
         axis.set_xlim(0.0, 1.15 * last)
 
@@ -143,8 +158,10 @@ def _plot_fronts(v: Columns, titles: Titles, spacing: float, cost: float) -> Fig
     drawn = [axis.get_legend_handles_labels() for axis in axes[0]]
     handles = {label: handle for pair in drawn for handle, label in zip(*pair, strict=True)}
     handles["unbraked"] = legend_handle(color="0.3", marker="o", ls="", ms=5)
-    handles["lowest speed before contact, unbraked"] = legend_handle(color="0.3", lw=0.8, ls=":")
-    handles["time allowed"] = legend_handle(color="0.4", lw=0.9, ls="--")
+    for stroke, style in LOWEST_STYLES.items():
+        name = f"{stroke}, unbraked: lowest speed before contact"
+        handles[name] = legend_handle(color=STROKES[stroke], lw=0.8, ls=style)
+    handles["time allowed"] = legend_handle(**ALLOWED)
     add_figure_legend(figure, _labelled(handles), fontsize=8)
     return figure
 
@@ -195,7 +212,7 @@ def _plot_traces(v: Columns, titles: Titles, stroke: str, dwell: float) -> Figur
         prefix = _prefix_of(v, stroke, run, "softest")
         edges = [1e3 * v[f"{prefix}_{edge}"][run] for edge in ("brake", "release")] if prefix else []
         last = max(last, 1.2e3 * v[f"{stroke}_contact"][run], *edges)
-        for name, colour, width in (("unbraked", "0.55", 1.2), ("braked", "C3", 1.6)):
+        for name in ("unbraked", "braked"):
             if name == "braked" and not edges:
                 continue
 
@@ -206,10 +223,10 @@ def _plot_traces(v: Columns, titles: Titles, stroke: str, dwell: float) -> Figur
                     braking = edges if v[f"{prefix}_solenoids"][run] in (0, row + 1) else []
                     levels = np.resize((0.0, 1.0) if stroke == "opening" else (1.0, 0.0), 2 + len(braking))
                     steps = [-1.0, 0.0, *braking, 1e3]
-                    axes[row, column].step(steps, [*levels, levels[-1]], where="post", color=colour, lw=1.0)
-                axes[row, column].plot(time, v[f"{name}_energised_{solenoid}"][run], color=colour, lw=width, ls="--")
-            axes[2, column].plot(time, 1e3 * v[f"{name}_lift"][run], color=colour, lw=width)
-            axes[3, column].plot(time, sign * v[f"{name}_velocity"][run], color=colour, lw=width)
+                    axes[row, column].step(steps, [*levels, levels[-1]], where="post", **TRACES["command"])
+                axes[row, column].plot(time, v[f"{name}_energised_{solenoid}"][run], **TRACES[name])
+            axes[2, column].plot(time, 1e3 * v[f"{name}_lift"][run], **TRACES[name])
+            axes[3, column].plot(time, sign * v[f"{name}_velocity"][run], **TRACES[name])
         axes[3, column].set_xlabel(f"time after the command [ms], {stroke}")
 
     # All panels share the time, and those of a row the y axis. Room below zero shows a piston that turns back.
@@ -217,19 +234,14 @@ def _plot_traces(v: Columns, titles: Titles, stroke: str, dwell: float) -> Figur
     peak = max(np.nanmax(sign * v["unbraked_velocity"]), 0.1)
     axes[3, 0].set_ylim(-0.15 * peak, 1.1 * peak)
     for axis, label in zip(
-        axes[:, 0], ("solenoid A [-]", "solenoid B [-]", "lift [mm]", "speed to the stop [m/s]"), strict=True
+        axes[:, 0], (*map(ENERGISED.format, "AB"), "lift [mm]", "speed to the stop [m/s]"), strict=True
     ):
         axis.set_ylabel(label)
 
     # The lines bear no labels, as each is drawn in several panels: the legend has lines of its own.
-    handles = (
-        legend_handle(color="0.55", lw=1.2),
-        legend_handle(color="C3"),
-        legend_handle(color="C3", lw=1.0),
-        legend_handle(color="C3", ls="--"),
-    )
-    names = ("unbraked", "softest brake", "command", "energised fraction")
-    add_figure_legend(figure, _labelled(dict(zip(names, handles, strict=True))))
+    names = ("unbraked", "softest brake", "its command")
+    handles = [legend_handle(label=name, **look) for name, look in zip(names, TRACES.values(), strict=True)]
+    add_figure_legend(figure, handles)
     return figure
 
 
@@ -239,7 +251,7 @@ def _plot_robustness(v: Columns, titles: Titles) -> Figure:
     factors, offsets = v["pressure_factor"], v["temperature_offset"]
     for row, stroke in zip(axes, STROKES, strict=True):
         for axis, (run, _) in zip(row, titles, strict=True):
-            axis.axhline(v[f"{stroke}_seating_speed"][run], color="0.55", lw=1.0)
+            axis.axhline(v[f"{stroke}_seating_speed"][run], **UNBRAKED)
             for kind, (colour, style) in BRAKES.items():
                 prefix = _prefix_of(v, stroke, run, kind)
                 if not prefix:
@@ -253,7 +265,7 @@ def _plot_robustness(v: Columns, titles: Titles) -> Figure:
                     for chosen, face in ((stays, colour), (~stays, "white")):
                         points = {"marker": marker, "ls": "", "ms": 5, "mec": colour, "mfc": face}
                         axis.plot(100.0 * (factors - 1.0)[chosen], speed[chosen], **points)
-        row[0].set_ylabel(f"seating speed, {stroke} [m/s]")
+        row[0].set_ylabel(f"seating speed,\n{stroke} [m/s]")
     for axis in axes[-1]:
         label_axes(axis, x=("gauge pressure off by", "%"))
 
@@ -261,7 +273,7 @@ def _plot_robustness(v: Columns, titles: Titles) -> Figure:
     axes[0, 0].set(ylim=(0.0, None), xticks=np.round(100.0 * (factors - 1.0)))
 
     # The legend explains colours and markers each by themselves, not every pair of them.
-    handles = {"unbraked": legend_handle(color="0.55", lw=1.0)}
+    handles = {"unbraked": legend_handle(**UNBRAKED)}
     handles |= {kind: legend_handle(color=colour, ls=style) for kind, (colour, style) in BRAKES.items()}
     for offset, marker in zip(offsets, MARKERS, strict=True):
         handles[f"{offset:+g} K"] = legend_handle(color="0.3", marker=marker, ls="", ms=5)

@@ -12,6 +12,7 @@ from apesim.quantities import Choice
 from apesim.quantities.arguments import Given
 from apesim.studies.archives.grid_result import GridResult
 from apesim.studies.archives.machines import read_recorded_machine
+from apesim.studies.drawing.axes import axes_for, in_house_style
 from apesim.studies.execution.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.run.default_grids import LANDING_SHARES, PULSE, pressures_around
@@ -103,6 +104,7 @@ class SoftLanding(GridResult):
 
         return soft_landing_figures(self.archive, self.ambient_pressure, folder)
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the softest landing over the time between edges that the solenoids need.
 
@@ -130,7 +132,6 @@ class SoftLanding(GridResult):
         >>> landings.plot().get_xlabel()
         'shortest time between two edges [ms]'
         """
-        from apesim.studies.drawing.axes import axes_for
         from apesim.studies.drawing.panels import add_legend
         from apesim.studies.soft_landing.figures import draw_over_spacing, shown_of
 

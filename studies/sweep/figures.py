@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import product
+from itertools import cycle, product
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,9 @@ from apesim.studies.drawing.files import write_figures
 from apesim.studies.drawing.panels import (
     MAX_SPECIFIC_AIR,
     add_figure_legend,
+    add_legend,
     add_legend_entry,
+    add_title,
     draw_zero,
     label_axes,
     legend_handle,
@@ -28,8 +30,10 @@ from apesim.studies.drawing.panels import (
     spread_out,
 )
 from apesim.studies.drawing.style import BLUE, GREY, RED, STYLES, Look, colours_of, spaced
+from apesim.studies.drawing.style import MARKERS as MARKS
 from apesim.studies.sweep.plan import in_one_unit
 from apesim.studies.sweep.results import has_incomplete_stroke
+from apesim.studies.sweep.variation import varied_keys
 
 COLOURS = {"epv": RED, "epv corrected": "#1b9e77", "cam": BLUE, "ideal": "#3a3a3a"}
 """Colour of each actuation."""
@@ -43,6 +47,8 @@ TRACE_START = -90.0
 """Crank angle at which a cycle is drawn from [deg]: before all intakes open, so that none is cut in two."""
 MAX_LINES = 12
 """Lines that one pair of axes holds at most: four actuations at three pressures can still be told apart."""
+WIDE = (9.6, 4.8)
+"""Size of a figure whose legend stands beside its panel [inch]."""
 OUTER = ("actuation", "speed_rpm")
 """Axes of every sweep; those between them are what was varied."""
 
@@ -59,7 +65,7 @@ def sweep_figures(archive: Archive, folder: str | PathLike[str]) -> list[Path]:
         figures["indicator_diagrams"] = partial(_plot_indicator_diagrams, archive)
         figures["cycle_traces"] = partial(plot_cycle, archive)
     figures |= {f"over_{name}": partial(_plot_over_key, archive, name) for name in varied}
-    return write_figures(figures, folder, conditions_of(archive.machine, varied))
+    return write_figures(figures, folder, conditions_of(archive.machine, varied_keys(archive).values()))
 
 
 def actuations_in(archive: Archive) -> list[str]:
@@ -80,11 +86,11 @@ def runs_of(archive: Archive, actuation: str, along: str = "speed_rpm") -> np.nd
     return runs[np.argsort(archive.variables[along].values[runs], kind="stable")] if along in OUTER else runs
 
 
-def draw_over_speed(axis: Axes, archive: Archive, values: np.ndarray, **legend: Any) -> str:
+def draw_over_speed(axis: Axes, archive: Archive, values: np.ndarray, **legend: Any) -> None:
     """Draw a variable over speed: a line for each actuation and for each combination of the keys that were varied.
 
-    `values` (n,) are the variable over the runs, `legend` what `matplotlib.axes.Axes.legend` takes. Gives in words what
-    the lines have in common and how many are left out; "" where there is nothing to say.
+    `values` (n,) are the variable over the runs, `legend` what `matplotlib.axes.Axes.legend` takes; where it has no
+    place, one is looked for. The title says what the lines have in common and how many are left out.
     """
     texts, actuations = axes_of(archive), actuations_in(archive)
     places = dict(zip(texts, places_of(archive), strict=True))
@@ -97,27 +103,34 @@ def draw_over_speed(axis: Axes, archive: Archive, values: np.ndarray, **legend: 
     # Colours tell the values apart where there are several, and else the actuations.
     colours, speed = colours_of(len(shown)), archive.variables["speed_rpm"].values
     looks: dict[str, Look] = {name: {"color": COLOURS[name], "marker": MARKERS[name], "ms": 4} for name in actuations}
-    if several:
-        looks = {name: looks[name] | {"ls": style} for name, style in zip(actuations, STYLES, strict=False)}
-    for combination, name, colour in zip(shown, names, colours, strict=True):
+    # In grey print markers distinguish the actuations, and styles of the line the values; of one actuation both do.
+    own_looks: list[Look] = [{} for _ in shown]
+    for look, colour, style, marker in zip(own_looks, colours, cycle(STYLES), cycle(MARKS)):
+        look |= {"color": colour, "ls": style} if several else {}
+        look |= {"marker": marker} if several and len(actuations) == 1 else {}
+    for combination, name, own in zip(shown, names, own_looks, strict=True):
         is_there = np.all([places[key] == place for key, place in zip(several, combination, strict=True)], axis=0)
         for actuation, look in looks.items():
             runs = np.flatnonzero(is_there & (places["actuation"] == texts["actuation"].index(actuation)))
             runs = runs[np.argsort(speed[runs], kind="stable")]
             label = ", ".join([NAMES[actuation]] * (len(actuations) > 1 or not several) + [name] * bool(several))
-            axis.plot(speed[runs], values[runs], label=label, **look | ({"color": colour} if several else {}))
+            axis.plot(speed[runs], values[runs], label=label, **look | own)
     # With both, an entry for each value and each actuation, not for each pair of them.
-    entries = {NAMES[name]: legend_handle(**look | {"color": GREY}) for name, look in looks.items()}
-    entries |= {name: legend_handle(color=colour) for name, colour in zip(names, colours, strict=True)}
-    handles = (entries.values(), entries) if several and len(actuations) > 1 else ()
-    axis.legend(*handles, fontsize=8, **legend)
+    entries = [legend_handle(label=NAMES[name], **look | {"color": GREY, "ls": ""}) for name, look in looks.items()]
+    entries += [legend_handle(label=name, **own) for name, own in zip(names, own_looks, strict=True)]
+    if several and len(actuations) > 1:
+        legend["handles"] = entries
     # What they have in common, and what is left out.
     told = [NAMES[actuations[0]]] * bool(several and len(actuations) == 1)
     told += [_told(texts, {name: 0}) for name in keys if name not in several]
     if len(shown) < len(combinations):
         what = " and ".join(name.replace("_", " ") for name in several)
         told.append(f"{len(shown)} of {len(combinations)} values of {what} are drawn")
-    return ", ".join(told)
+    add_title(axis, ", ".join(told))
+    if "loc" in legend:
+        axis.legend(**legend)
+    else:
+        add_legend(axis, **legend)
 
 
 def _told(texts: dict[str, list[str]], places: dict[str, int]) -> str:
@@ -129,14 +142,15 @@ def in_the_middle(archive: Archive, along: str = "speed_rpm") -> str:
     """Values of the axes that a figure over the axis `along` does not show, in words; "" if there are none.
 
     >>> from apesim.archive.columns import column, run_axis
-    >>> texts = '{"actuation": ["epv"], "engine.bore": ["80 mm", "90 mm"], "speed_rpm": ["600 rpm"]}'
-    >>> variables = {name: column([0.0, 0.0], "1", name) for name in ("actuation", "engine.bore", "speed_rpm")}
+    >>> texts = '{"actuation": ["epv"], "engine_bore": ["80 mm", "90 mm"], "speed_rpm": ["600 rpm"]}'
+    >>> variables = {name: column([0.0, 0.0], "1", name) for name in ("actuation", "engine_bore", "speed_rpm")}
     >>> in_the_middle(Archive("", {"axes": texts}, variables | {"run": run_axis(2)}))
-    'engine.bore = 80 mm'
+    'engine bore 80 mm'
     """
-    texts = {name: texts[(len(texts) - 1) // 2] for name, texts in axes_of(archive).items()}
-    shown = [f"{name} = {text}" for name, text in texts.items() if name not in ("actuation", "speed_rpm", along)]
-    return ", ".join(shown + [texts["speed_rpm"]] * (along != "speed_rpm"))
+    texts = axes_of(archive)
+    middle = {name: (len(values) - 1) // 2 for name, values in texts.items()}
+    shown = [_told(texts, {name: place}) for name, place in middle.items() if name not in (*OUTER, along)]
+    return ", ".join(shown + [texts["speed_rpm"][middle["speed_rpm"]]] * (along != "speed_rpm"))
 
 
 def _run_near(archive: Archive, actuation: str, speed_rpm: float) -> int | None:
@@ -162,10 +176,11 @@ def _plot_over_key(archive: Archive, key: str) -> Figure:
     place = places_of(archive)[list(axes_of(archive)).index(key)]
     numbers, unit = in_one_unit(texts)
     are_words = numbers is texts
-    values, label = np.array(numbers, dtype=str if are_words else float), key if are_words else named(key, unit or "-")
+    values, name = np.array(numbers, dtype=str if are_words else float), key.replace("_", " ")
+    label = name if are_words else named(name, unit or "-")
 
-    def along(name: str) -> tuple[np.ndarray, np.ndarray]:
-        runs = runs_of(archive, name, key)
+    def along(actuation: str) -> tuple[np.ndarray, np.ndarray]:
+        runs = runs_of(archive, actuation, key)
         return runs, values[place[runs]]
 
     return _plot_torque_and_air(archive, along, label, in_the_middle(archive, key))
@@ -180,7 +195,7 @@ def _plot_torque_and_air(
     for name in actuations_in(archive):
         runs, x = along(name)
         line: Look = {"color": COLOURS[name], "marker": MARKERS[name]}
-        dashed: Look = line | {"lw": 1, "ls": "--", "ms": 2}
+        dashed: Look = line | {"lw": 1, "ls": "--", "ms": 3}
         torque, air = (v[column].values[runs] for column in ("brake_torque_Nm", "specific_air_kg_per_kWh"))
         left.plot(x, torque, ms=3.5, label=NAMES[name], **line)
         left.plot(x, v["indicated_torque_Nm"].values[runs], **dashed)
@@ -205,9 +220,14 @@ def _plot_torque_and_air(
     for axis in (left, right):
         axis.set_xlabel(label)
     add_figure_legend(figure, left.get_legend_handles_labels()[0])
+    _say_where(figure, where)
+    return figure
+
+
+def _say_where(figure: Figure, where: str) -> None:
+    """Write above all panels at which values of the other keys they are."""
     if where:
         figure.suptitle(where, fontsize=9.5)
-    return figure
 
 
 def _plot_indicator_diagrams(archive: Archive, speeds_rpm: Sequence[float] = (400.0, 1000.0, 1600.0)) -> Figure:
@@ -219,6 +239,7 @@ def _plot_indicator_diagrams(archive: Archive, speeds_rpm: Sequence[float] = (40
         _draw_indicator_diagram(axis, archive, speed_rpm)
     label_axes(panels[0], y=("cylinder pressure", "MPa abs"))
     add_figure_legend(figure, panels[0].get_legend_handles_labels()[0])
+    _say_where(figure, in_the_middle(archive))
     return figure
 
 
@@ -274,7 +295,8 @@ def plot_cycle(archive: Archive, speed_rpm: float = 1000.0) -> Figure:
                 chambers.plot(angle, pressure, ls=style, **look)
 
     # What the panels say; they share the x axis, which the lowest one sets for all.
-    label_axes(lift, y=("intake lift", "mm"), title=f"One cycle{at_speed}")
+    title = ", ".join(filter(None, [f"One cycle{at_speed}", in_the_middle(archive)]))
+    label_axes(lift, y=("intake lift", "mm"), title=title)
     label_axes(chambers, y=("chamber pressure", "MPa abs"))
     if chambers.lines:
         for style, label in (("-", "A, which pushes to closed"), ("--", "B, which pushes to open")):

@@ -20,6 +20,7 @@ from apesim.quantities.arguments import WithUnit
 from apesim.quantities.settings import differences
 from apesim.results import Scalar, name_of
 from apesim.studies.archives.archive_result import ArchiveResult
+from apesim.studies.drawing.axes import axes_for, check_plotted, in_house_style
 from apesim.studies.execution.calls import arguments_of, call_text, public
 from apesim.studies.execution.cluster import connected
 from apesim.studies.execution.own_thread import call_in_thread
@@ -134,6 +135,7 @@ class Sweep(ArchiveResult):
         names = {name: name_of(name, variable.unit) for name, variable in self.archive.variables.items()}
         return data.rename({name: short for name, short in names.items() if name != short and name in data.variables})
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, what: str = "brake_torque") -> "Axes":
         """Draw a variable over speed: a line for each actuation, and for each value of the keys that were varied.
 
@@ -159,16 +161,17 @@ class Sweep(ArchiveResult):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('speed [r/min]', 'mean brake torque [N m]')
         """
-        from apesim.studies.drawing.axes import axes_for, check_plotted
-        from apesim.studies.sweep.figures import draw_over_speed
+        from apesim.studies.drawing.panels import label_axes
+        from apesim.studies.drawing.style import Look
+        from apesim.studies.sweep.figures import WIDE, draw_over_speed
 
         check_plotted(what, self.traces)
         is_crowded = ax is None and len(axes_of(self.archive)) > 2
-        beside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if is_crowded else {}
-        ax, trace = axes_for(ax), self.traces[what]
-        title = draw_over_speed(ax, self.archive, trace.values, **beside)
-        unit = "" if trace.unit == "1" else f" [{trace.unit}]"
-        ax.set(xlabel="speed [r/min]", ylabel=f"{trace.long_name}{unit}", title=title)
+        beside: Look = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if is_crowded else {}
+        ax, trace = axes_for(ax, figsize=WIDE if is_crowded else None), self.traces[what]
+        unit = "" if trace.unit == "1" else trace.unit
+        label_axes(ax, x=("speed", "r/min"), y=(trace.long_name, unit))
+        draw_over_speed(ax, self.archive, trace.values, **beside)
         return ax
 
 

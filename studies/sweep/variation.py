@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.archive import Variable
+from apesim.archive import Archive, Variable
 from apesim.archive.columns import column, meanings_of
+from apesim.archive.grid import axes_of
 from apesim.engine.machine import Machine
 from apesim.quantities import (
     Arguments,
@@ -35,6 +36,12 @@ INTAKE_KEY, AMBIENT_KEY = "engine.intake", "ambient.pressure"
 MAX_COMBINATIONS = 100_000
 OF_MACHINE = " of the machine"
 """What follows the key in the description of a column with its values."""
+
+
+def varied_keys(archive: Archive) -> dict[str, str]:
+    """Give the key of the machine of each axis of an archive that is one, e.g. "supply.pressure", by its name."""
+    described = {name: archive.variables[name].description for name in axes_of(archive)}
+    return {name: text.removesuffix(OF_MACHINE) for name, text in described.items() if text.endswith(OF_MACHINE)}
 
 
 class Axis(NamedTuple):

@@ -14,6 +14,7 @@ from apesim.quantities.arguments import Given, WithUnit
 from apesim.studies.archives.grid_result import GridResult
 from apesim.studies.archives.machines import read_recorded_machine
 from apesim.studies.archives.pressure_axes import find_pressure_axis
+from apesim.studies.drawing.axes import axes_for, check_plotted, in_house_style
 from apesim.studies.execution.calls import arguments_of, call_text, computed, public
 from apesim.studies.execution.progress import Progress, show_progress
 from apesim.studies.run.default_grids import TIMING_SPEEDS
@@ -119,6 +120,7 @@ class CorrectedTiming(GridResult):
 
         return timing_figures(self.map, self.ambient_pressure, folder)
 
+    @in_house_style
     def plot(self, ax: "PlotAxes | None" = None, what: str = "energise", *, edge: str = "") -> "PlotAxes":
         """Draw the advance of a command edge over speed, a line for each pressure, at the middle of the temperatures.
 
@@ -146,9 +148,8 @@ class CorrectedTiming(GridResult):
         >>> axes.get_ylabel()
         'target less command angle [deg]'
         """
-        from apesim.studies.drawing.axes import axes_for, check_plotted
-        from apesim.studies.drawing.panels import add_legend
-        from apesim.studies.timing.figures import draw_advance
+        from apesim.studies.drawing.panels import add_legend, add_legend_entry
+        from apesim.studies.timing.figures import BY_BENCH, DASHED, draw_advance
 
         what = edge or what
         check_plotted(what, ("energise", "release"))
@@ -157,6 +158,7 @@ class CorrectedTiming(GridResult):
         if (number := len(self.map.axes.temperatures)) > 1:
             ax.set_title(f"{ax.get_title()}, 1 of {number} temperatures")
         ax.set_ylabel("target less command angle [deg]")
+        add_legend_entry(ax, BY_BENCH, **DASHED)
         add_legend(ax)
         return ax
 

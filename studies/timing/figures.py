@@ -27,6 +27,10 @@ from apesim.studies.timing.grid import TimingMap
 
 SPEED = ("speed", "r/min")
 """Name and unit of the x axis of most panels."""
+DASHED: Look = {"lw": 1.0, "ls": "--", "ms": 3.5, "mfc": "white"}
+"""Look of what corrected commands are compared with; its markers are hollow."""
+BY_BENCH = "by the delay on the bench"
+"""What the dashed lines of an advance are."""
 
 
 def timing_figures(timing_map: TimingMap, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
@@ -68,7 +72,7 @@ def _plot_advances(timing_map: TimingMap, ambient_pressure: float) -> Figure:
     figure, panels = open_row(2, sharey=True)
     for axis, edge in zip(panels, ("energise", "release"), strict=True):
         draw_advance(axis, timing_map, ambient_pressure, edge=edge)
-    add_legend_entry(panels[0], "by the delay on the bench", lw=0.9, ls="--")
+    add_legend_entry(panels[0], BY_BENCH, **DASHED)
     label_axes(panels[0], y=("target less command angle", "deg"))
     panels[0].set_ylim(bottom=0.0)
     add_figure_legend(figure, panels[0].get_legend_handles_labels()[0])
@@ -105,7 +109,7 @@ def draw_advance(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *, 
     for j, look, label in _pressures(axes, ambient_pressure):
         by_bench = target / DEGREE - v[f"shortcut_{edge}_deg"][:, j, k]
         axis.plot(speed, v[advance][:, j, k], ms=3, label=label, **look)
-        axis.plot(speed, by_bench, lw=0.9, ls="--", ms=1.5, **look)
+        axis.plot(speed, by_bench, **look, **DASHED)
     label_axes(axis, x=SPEED, title=f"{edge}, {temperature}")
     return axis
 
@@ -117,7 +121,7 @@ def _plot_won_back(timing_map: TimingMap, ambient_pressure: float) -> Figure:
     _draw_won_back(left, timing_map, ambient_pressure, column="brake_torque_Nm")
     _draw_won_back(right, timing_map, ambient_pressure, column="specific_air_kg_per_kWh")
     draw_zero(left)
-    add_legend_entry(left, "fixed", lw=1, ls="--")
+    add_legend_entry(left, "fixed", **DASHED)
     label_axes(left, y=("brake torque", "N m"), title=f"Torque, {temperature}")
     label_axes(right, y=("specific air", "kg/kWh"), title="All air, control air counted, over brake work")
     right.set_ylim(0.0, MAX_SPECIFIC_AIR)
@@ -132,7 +136,7 @@ def _draw_won_back(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *
     speed = v["speed_rpm"][:, 0, k]
     for j, look, label in _pressures(axes, ambient_pressure):
         axis.plot(speed, v[column][:, j, k], ms=3, label=label, **look)
-        axis.plot(speed, v[f"fixed_{column}"][:, j, k], lw=1, ls="--", ms=1.5, **look)
+        axis.plot(speed, v[f"fixed_{column}"][:, j, k], **look, **DASHED)
     label_axes(axis, x=SPEED)
     return axis
 

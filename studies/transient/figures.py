@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from apesim.archive.grid import axes_of
 from apesim.studies.drawing.conditions import conditions_of
 from apesim.studies.drawing.files import write_figures
 from apesim.studies.drawing.panels import ONE, open_column, open_one, open_panels
-from apesim.studies.sweep.variation import OF_MACHINE
+from apesim.studies.sweep.variation import varied_keys
 from apesim.studies.transient.circle import size_for
 from apesim.studies.transient.start_curves import draw_over_keys
 from apesim.studies.transient.transient import PLOTS
@@ -80,10 +79,8 @@ def draw_start_map(starts: "StartMap", folder: str | PathLike[str]) -> list[Path
         return figure
 
     figures = {"starting_angles": draw_rings, "starting_share": draw_share}
-    varied = {name: archive.variables[name].description.removesuffix(OF_MACHINE) for name in axes_of(archive)}
-    return write_figures(
-        figures if starts.is_of_all_angles else {"start": draw_numbers}, folder, conditions_line(starts, varied)
-    )
+    chosen = figures if starts.is_of_all_angles else {"start": draw_numbers}
+    return write_figures(chosen, folder, conditions_line(starts, varied_keys(archive)))
 
 
 def _open_circle(names: list[str]) -> tuple[Figure, Axes]:

@@ -21,6 +21,7 @@ from apesim.kernel import sources_hash
 from apesim.quantities import Arguments
 from apesim.quantities.arguments import WithUnit
 from apesim.studies.archives.run_result import CONDITIONS, RunResult, columns_of_run
+from apesim.studies.drawing.axes import axes_for, check_plotted, in_house_style
 from apesim.studies.execution.calls import arguments_of, call_text, public, text_writer
 from apesim.studies.execution.output import publish, refuse_to_replace
 from apesim.studies.execution.own_thread import call_in_thread
@@ -106,6 +107,7 @@ class StartRun(RunResult):
             "warnings": list(self.warnings),
         }
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, what: str | None = None) -> "Axes":
         """Draw the start: speed over time of one, or the angles around the circle of all.
 
@@ -133,7 +135,7 @@ class StartRun(RunResult):
         >>> start.plot().get_ylabel()
         'speed [r/min]'
         """
-        from apesim.studies.drawing.axes import axes_for, check_plotted
+        from apesim.studies.drawing.panels import add_title
         from apesim.studies.transient.circle import draw_circle, open_circle
 
         plots = ("angles",) if self.is_of_all_angles else ("speed",)
@@ -142,12 +144,13 @@ class StartRun(RunResult):
         if what == "speed":
             ax = axes_for(ax)
             ax.plot(self.traces["time"].values, self.traces["speed_rpm"].values)
-            ax.set(xlabel="time [s]", ylabel="speed [r/min]", title=self._told_conditions())
+            ax.set(xlabel="time [s]", ylabel="speed [r/min]")
+            add_title(ax, self._told_conditions())
             return ax
         names = [f"it starts from\n{100.0 * self['starting_share']:.0f} % of all angles"]
         ax = ax or open_circle(names)
         draw_circle(ax, [self.intervals_deg], names)
-        ax.set_title(self._told_conditions())
+        add_title(ax, self._told_conditions())
         return ax
 
 

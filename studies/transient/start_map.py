@@ -18,6 +18,7 @@ from apesim.quantities.settings import dumps
 from apesim.results import Scalar
 from apesim.studies.archives.grid_result import GridResult
 from apesim.studies.archives.run_result import CONDITIONS
+from apesim.studies.drawing.axes import axes_for, check_plotted, in_house_style
 from apesim.studies.execution.calls import computed
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.run.compiling import compile_drivetrain
@@ -137,6 +138,7 @@ class StartMap(GridResult):
         has_target = "until" in self.conditions  # without one all make three turns
         return ("time", *(["turns"] * has_target), "engine_air", "control_air")
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, what: str | None = None) -> "Axes":
         """Draw the angles that the engines start from around a circle, or a number over what was varied.
 
@@ -165,7 +167,6 @@ class StartMap(GridResult):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('load constant [N m]', 'engine air to start [g]')
         """
-        from apesim.studies.drawing.axes import axes_for, check_plotted
         from apesim.studies.transient.circle import draw_circle, open_circle
         from apesim.studies.transient.start_curves import draw_over_keys
 

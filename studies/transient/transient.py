@@ -18,6 +18,7 @@ from apesim.archive.lock import lock
 from apesim.archive.memory import available_memory
 from apesim.archive.shards import plan_hash
 from apesim.archive.untrusted import SIZE_LIMIT
+from apesim.engine.angles import RPM
 from apesim.engine.cycle.cylinder_laws import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.drivetrain.closure import closure_of_run
@@ -42,6 +43,7 @@ from apesim.quantities import Arguments
 from apesim.quantities.arguments import WithUnit
 from apesim.results import NotConverged
 from apesim.studies.archives.run_result import CONDITIONS, RunResult, columns_of_run
+from apesim.studies.drawing.axes import axes_for, check_plotted, in_house_style
 from apesim.studies.execution.calls import arguments_of, call_text, name_of_function, public, text_writer
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.execution.progress import Progress, show_progress
@@ -176,6 +178,7 @@ class TransientRun(RunResult):
             "was_finished": self.was_finished,
         }
 
+    @in_house_style
     def plot(self, ax: "Axes | None" = None, what: str = "speed") -> "Axes":
         """Draw a quantity of each revolution over time.
 
@@ -203,7 +206,7 @@ class TransientRun(RunResult):
         >>> run.plot(what="torque").get_ylabel()
         'brake torque [N m]'
         """
-        from apesim.studies.drawing.axes import axes_for, check_plotted
+        from apesim.studies.drawing.panels import add_legend, add_title
         from apesim.studies.drawing.style import Look, looks_of
 
         check_plotted(what, PLOTS)
@@ -218,10 +221,11 @@ class TransientRun(RunResult):
                 filled: Look = {"ls": "", "ms": 4} | look
                 ax.plot(middle, t["valve_open_deg"][:, i], label=f"opens{told}", **filled)
                 ax.plot(middle, t["valve_close_deg"][:, i], mfc="white", label=f"closes{told}", **filled)
-            ax.legend(ncols=min(count, 3))
+            add_legend(ax, ncols=min(count, 3))
         else:
             ax.plot(middle, t[name] * (1e3 if what == "air" else 1.0), "o-", ms=3)
-        ax.set(xlabel="time [s]", ylabel=label, title=self._told_conditions())
+        ax.set(xlabel="time [s]", ylabel=label)
+        add_title(ax, self._told_conditions())
         return ax
 
 
@@ -343,7 +347,13 @@ def run_transient(
     arguments.refuse()
 
     # Command angles that change: by a map, for a shortest pulse, or by a controller.
-    told = {"shaft": "imposed speed" if len(speeds) else "free", "timing": Path(timing).name}
+    told = {"shaft": "imposed speed" if len(speeds) else "free"}
+    if omega is not None:
+        told["from"] = f"{omega / RPM:g} r/min"
+    courses = {"load over time": load, "supply over time": supply}
+    told |= {name: text for name, text in courses.items() if text} | {"timing": Path(timing).name}
+    if pulse is not None:
+        told["shortest pulse"] = f"{1e3 * pulse:g} ms"
     if str(timing) == FEEDBACK:
         controller = FeedbackTiming(machine, min_pulse_s=pulse or 0.0)
     elif controller:

@@ -52,7 +52,7 @@ def plot_curves(curves: "Sequence[EngineCurve]", added: str) -> Figure:
         above.set_xlabel("")
         _draw_left(below, own, markers)
         label_axes(below, x=("speed", "r/min"))
-    panels[1, 0].set_ylabel("model less\nmeasured\n[noise σ]")
+        below.set_ylabel("model less\nmeasured\n[noise σ]")
     figure.align_ylabels()
     add_figure_legend(figure, list_handles(curves, added), side="upper")
     return figure

@@ -3,7 +3,7 @@ import pytest
 
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps, load
-from apesim.studies.drawing.conditions import SUPPLY, conditions_of
+from apesim.studies.drawing.conditions import CONTROL_AIR, SUPPLY, VALVE_SECTIONS, conditions_of
 from apesim.studies.drawing.files import save
 from apesim.studies.drawing.panels import open_one
 
@@ -25,7 +25,24 @@ def test_what_a_figure_shows_over_a_range_is_no_condition():
     assert conditions_of(changed, (*SUPPLY, "engine.bore")) == "default machine"
 
 
-def test_many_deviations_are_counted_and_broken_into_lines():
+def test_the_pressure_of_the_control_air_is_named_with_the_supply():
+    machine = text_of("supply.control_pressure=0.8 MPa gauge")
+    assert conditions_of(machine) == "supply 1 MPa gauge, 287 K, control air 0.8 MPa gauge; default machine"
+    assert conditions_of(machine, CONTROL_AIR) == "default machine"
+
+
+def test_what_a_valve_alone_does_not_know_is_no_condition():
+    machine = text_of("engine.bore=90 mm", "command.release=60 deg", "valve.stroke=6 mm")
+    assert conditions_of(machine, CONTROL_AIR, sections=VALVE_SECTIONS) == "default valve but for valve.stroke = 6 mm"
+
+
+def test_a_number_has_no_more_digits_than_a_reader_wants():
+    told = conditions_of(text_of("valve.viscous_friction=110.98935711061777 N s/m"), SUPPLY)
+    assert told == "default machine but for valve.viscous_friction = 110.989 N s/m"
+
+
+@pytest.mark.parametrize("width", [4.0, 9.0])
+def test_many_deviations_are_counted_and_broken_into_lines_as_long_as_the_figure_is_wide(width, tmp_path):
     keys = (
         "bore=90 mm",
         "stroke=80 mm",
@@ -38,7 +55,11 @@ def test_many_deviations_are_counted_and_broken_into_lines():
     keys += ["groove.lap=2 mm", "valve.stroke=8 mm", "valve.moving_mass=0.2 kg", "command.release=60 deg"]
     told = conditions_of(text_of(*keys))
     assert told.endswith("2 more keys")
-    assert len(told.splitlines()) > 1
+    figure, _ = open_one((width, 3.0))
+    save(figure, tmp_path, "figure", told)
+    [foot] = figure.texts
+    assert foot.get_text().replace("\n", " ") == told
+    assert 0.6 * figure.bbox.width < foot.get_window_extent().width < figure.bbox.width
 
 
 @pytest.mark.parametrize("where", ["outside lower center", "outside right upper", "upper left"])
