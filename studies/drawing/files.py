@@ -18,6 +18,7 @@ from matplotlib.transforms import Bbox
 
 from apesim.archive import write_file
 from apesim.quantities import Fault, InputError
+from apesim.studies.drawing.panels import fit_titles
 from apesim.studies.drawing.style import STYLE
 from apesim.studies.execution.output import make_folder, refuse_to_replace
 from apesim.studies.execution.pool import done_beside
@@ -32,7 +33,7 @@ FOOT_SIZE = 7.5
 """Size of the letters of the conditions below a figure [pt]."""
 FOOT_LINE = 1.35 * FOOT_SIZE / 72.0
 """Height of a line of the conditions [inch]."""
-FOOT_LETTER = 0.56 * FOOT_SIZE / 72.0
+FOOT_LETTER = 0.53 * FOOT_SIZE / 72.0
 """Width of a letter of the conditions, as most of them are no wider [inch]."""
 FOOT_STEP = 0.05
 """Step in the height of the conditions [inch]: whole pixels at any resolution that is a multiple of 20, so that the
@@ -150,6 +151,8 @@ def _lay_out(figure: Figure) -> None:
     """
     if isinstance(figure.get_layout_engine(), ConstrainedLayoutEngine):
         figure.draw_without_rendering()
+        if fit_titles(figure):
+            figure.draw_without_rendering()
         figure.set_layout_engine(None)
 
 

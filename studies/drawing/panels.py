@@ -176,6 +176,14 @@ def add_title(axis: Axes, title: str) -> None:
         axis.set_title("\n".join(_in_even_lines(line, letters) for line in lines))
 
 
+def fit_titles(figure: Figure) -> bool:
+    """Break titles that are wider than their panels, when these are placed; say whether there were such."""
+    titles = [axis.get_title() for axis in figure.axes]
+    for axis, title in zip(figure.axes, titles, strict=True):
+        add_title(axis, title)
+    return titles != [axis.get_title() for axis in figure.axes]
+
+
 def _in_even_lines(text: str, letters: int) -> str:
     """Break a text into as few lines of so many letters at most as it takes, each about as long as the others.
 

@@ -42,6 +42,8 @@ SIZE = (9.2, 3.7)
 """Size of the figures with a panel for each stroke [inch]."""
 ROUND = (1, 2, 5, 10)
 """Steps between levels, times a power of ten: readers interpolate between round numbers."""
+MAX_LEVELS = 14
+"""Steps between levels at most: of round steps the next larger one leaves some six."""
 LEVEL = "%g"
 """How the number of a level is written."""
 MIN_APART = 0.04, 0.1
@@ -86,7 +88,7 @@ def plot_map(archive: Archive, ambient_pressure: float, name: str) -> Figure:
         label_axes(panels[0], y=(label, unit))
         return figure
     low, high = (function([function(v) for v in values.values()]) for function in (np.nanmin, np.nanmax))
-    levels = MaxNLocator(11, steps=ROUND).tick_values(low, high)
+    levels = MaxNLocator(MAX_LEVELS, steps=ROUND).tick_values(low, high)
     for axis, (stroke, field) in zip(panels, values.items(), strict=True):
         filled = axis.contourf(pressures, temperatures, field, levels, cmap="viridis")
         lines = axis.contour(pressures, temperatures, field, levels, colors="white", linewidths=0.6)
@@ -158,8 +160,10 @@ def plot_velocities(archive: Archive, ambient_pressure: float, max_traces: int =
             speeds = np.insert(sign * velocity, row, [v[f"{stroke}_seating_speed_m_s"].values[run], 0.0])
 
             # Markers stand within the part of the trace that is shown, and at other rows for each pressure.
-            every = spaced(max(int(np.searchsorted(times, last)), 1), list(shown).index(number), len(shown))
-            axis.plot(times, speeds, lw=1.3, ms=3.5, markevery=every, label=f"{pressures[number]:.3g}", **look)
+            first, end = np.searchsorted(times, (0.0, last))
+            offset, step = spaced(max(int(end - first), 1), list(shown).index(number), len(shown))
+            every: Look = {"markevery": (int(first) + offset, step), "ms": 3.5}
+            axis.plot(times, speeds, lw=1.3, label=f"{pressures[number]:.3g}", **every, **look)
 
     # Limits come last, when the longest stroke is known.
     for axis, stroke in zip(panels, STROKES, strict=True):

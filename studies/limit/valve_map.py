@@ -192,7 +192,7 @@ def plot_over_pressure(
     check_plotted(what, result.traces)
     ax, trace = axes_for(ax), result.traces[what]
     pressures, temperatures = (result.traces[f"supply_{axis}"].values for axis in ("pressure", "temperature"))
-    gauge = gauge_in_mpa(pressures, read_recorded_machine(result.machine).ambient.pressure)
+    gauge = gauge_in_mpa(pressures, read_recorded_machine(result.archive.machine).ambient.pressure)
     if groups is None:
         kelvins = np.unique(temperatures)
         looks = zip(kelvins, looks_of(len(kelvins)), strict=True)
@@ -200,7 +200,8 @@ def plot_over_pressure(
     factor, unit = (1e3, "ms") if trace.unit == "s" else (1.0, "" if trace.unit == "1" else trace.unit)
     for label, (runs, look) in groups.items():
         runs = runs[np.argsort(pressures[runs], kind="stable")]
-        ax.plot(gauge[runs], factor * trace[runs], label=label, **{"ms": 4} | look)
+        drawn: Look = {"ms": 4} | look
+        ax.plot(gauge[runs], factor * trace[runs], label=label, **drawn)
     label_axes(ax, x=("control pressure", "MPa gauge"), y=(name or what.replace("_", " "), unit), title=result.title)
     add_legend(ax)
     return ax

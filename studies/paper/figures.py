@@ -105,6 +105,7 @@ def _plot_measures(machine: Machine) -> Figure:
     delay, contact = stroke.delay * 1e3, stroke.contact * 1e3
     time, lift, speed = run.times * 1e3, run.trace[:, 0] * 1e3, run.trace[:, 1]
     speed = np.where(time < contact, speed, np.nan)
+    height = 0.82 * machine.valve.stroke * 1e3
     figure, (above, below) = open_column(2, (6.4, 4.6))
     above.plot(time, lift, color=RED)
     below.plot(time, speed, color=BLUE)
@@ -113,8 +114,8 @@ def _plot_measures(machine: Machine) -> Figure:
             axis.axvline(instant, color="0.6", lw=0.8, ls="--")
         axis.set_ylim(bottom=0.0)
     for start, end, name in ((0.0, delay, "$t_d$"), (delay, contact, "$t_f$")):
-        above.annotate("", (start, 7.4), (end, 7.4), arrowprops={"arrowstyle": "<->", "color": "0.3"})
-        above.annotate(name, (0.5 * (start + end) - 0.6, 7.5), ha="center", va="bottom")
+        above.annotate("", (start, height), (end, height), arrowprops={"arrowstyle": "<->", "color": "0.3"})
+        above.annotate(name, (0.5 * (start + end) - 0.6, 1.01 * height), ha="center", va="bottom")
     below.annotate("$v_e$", (contact, stroke.seating_speed), (contact + 0.4, stroke.seating_speed), va="center")
     below.plot(contact, stroke.seating_speed, "o", color=BLUE)
     label_axes(above, y=("lift", "mm"))
@@ -159,6 +160,6 @@ def _plot_frictions(frictions: FrictionMap) -> Figure:
     )
 
     # All panels have the scale from 0 to 1, so that the colours of the last one stand for all.
-    label = f"share of ramps ({ramps} ms) and temperatures ({temperatures} K)"
+    label = f"share of ramps ({ramps} ms) and temperatures ({temperatures} K) [-]"
     figure.colorbar(shares, ax=panels, label=label, aspect=35)
     return figure

@@ -33,7 +33,7 @@ LOWEST_STYLES = {"opening": ":", "closing": "-."}
 """Style of the lowest speed of each stroke without a brake."""
 ALLOWED: Look = {"color": "0.4", "lw": 0.9, "ls": STYLES[4]}
 """Look of the line at the time that a stroke may take longer."""
-UNBRAKED: Look = {"color": "0.55", "lw": 1.0, "ls": ":"}
+UNBRAKED: Look = {"color": "0.4", "lw": 1.2, "ls": ":"}
 """Look of the seating speed without a brake."""
 BRAKES = {"softest": (RED, "-"), "sturdy": (BLUE, "--")}
 """Colour and style of each kind of brake."""

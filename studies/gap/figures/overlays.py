@@ -34,6 +34,16 @@ SHADES = {
 """Background of each phase of the stroke or cycle."""
 OVER = {ENGINE: ("crank angle", "deg"), CYLINDER: ("time after the turning point", "ms")}
 """What the traces of a bench stand over; those of the valve over the time after the command."""
+STRIPES = {
+    "opening flight": "////",
+    "impact": "xxxx",
+    "closing flight": "\\\\\\\\",
+    "charging": "////",
+    "exhaust": "\\\\\\\\",
+    "stroke against the pressure": "////",
+    "stroke with the pressure": "\\\\\\\\",
+}
+"""White stripes of phases, by which grey print distinguishes their shades."""
 UNSHADED = "#ffffff"
 """Background of phases that a legend does not name."""
 MEAN_SAMPLES = 9
@@ -63,20 +73,20 @@ def plot_overlays(chosen: "Sequence[ComparedSignal]", added: str, ambient_pressu
     size = (WIDTH, 0.8 + 3.0 * len(chosen))
     figure, panels = open_panels(2 * len(chosen), 1, size, height_ratios=(2.2, 1) * len(chosen))
     axes = panels[:, 0]
-    shades: dict[str, str] = {}
+    shades: dict[str, None] = {}
     for above, below, signal in zip(axes[::2], axes[1::2], chosen, strict=True):
         shades |= _draw_overlay(above, below, signal, added=added, ambient_pressure=ambient_pressure)
     figure.align_ylabels()
     handles, _ = axes[0].get_legend_handles_labels()
-    handles += [Patch(facecolor=colour, edgecolor="0.7", lw=0.5, label=name) for name, colour in shades.items()]
+    handles += [Patch(**_look_of(name), label=name) for name in shades]
     add_figure_legend(figure, handles)
     return figure
 
 
 def _draw_overlay(
     above: Axes, below: Axes, signal: "ComparedSignal", *, added: str, ambient_pressure: float
-) -> dict[str, str]:
-    """Draw a trace over the models, and its residuals below."""
+) -> dict[str, None]:
+    """Draw a trace over the models, and its residuals below; give the names of its phases."""
     block: Any = signal.block
     run, shown = block.run, find_display(block)
     x = np.degrees(block.angles) if run.bench == ENGINE else block.times * 1e3
@@ -129,14 +139,19 @@ def _draw_residuals(
             label = ""
 
 
-def _shade_phases(axis: Axes, x: np.ndarray, signal: "ComparedSignal") -> dict[str, str]:
-    """Shade the phases of a run; returns the shades that were used, by the name of the phase."""
-    phase_of, used = find_phases(signal.block, signal.marks), {}
+def _look_of(phase: str) -> dict[str, Any]:
+    """Look of the background of a phase."""
+    return {"fc": SHADES[phase], "hatch": STRIPES.get(phase), "ec": "white", "lw": 0.0}
+
+
+def _shade_phases(axis: Axes, x: np.ndarray, signal: "ComparedSignal") -> dict[str, None]:
+    """Shade the phases of a run; returns the names of those that are shaded, in their order."""
+    phase_of, used = find_phases(signal.block, signal.marks), dict[str, None]()
     for phase, samples in groupby(range(len(phase_of)), key=phase_of.__getitem__):
         inside = list(samples)
         name = PHASES[phase]
         end = x[min(inside[-1] + 1, len(x) - 1)]
-        axis.axvspan(x[inside[0]], end, color=SHADES[name], zorder=0, lw=0)
+        axis.axvspan(x[inside[0]], end, zorder=0, **_look_of(name))
         if SHADES[name] != UNSHADED:
-            used[name] = SHADES[name]
+            used[name] = None
     return used

@@ -40,7 +40,7 @@ def plot_residual_map(residuals: "ResidualMap", added: str, ambient_pressure: fl
     ]
     panels[0].set_yticks(range(len(labels)), labels, fontsize=7)
     bar = figure.colorbar(image, ax=panels, location="bottom", extend="both", shrink=0.5, aspect=40)
-    bar.set_label("model less measured, over what noise leaves of a cell's mean", fontsize=8.5)
+    bar.set_label("model less measured, over what noise leaves of a cell's mean [-]", fontsize=8.5)
     return figure
 
 

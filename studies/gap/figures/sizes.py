@@ -85,6 +85,6 @@ def _draw_sizes(axis: Axes, compared: "Sequence[ComparedSignal]", ambient_pressu
     axis.set_yticks(places, labels)
     axis.set_ylim(place - 0.4, -0.6)
     axis.grid(axis="y", visible=False)
-    axis.set_xlabel("root mean square of what is left, over the noise")
+    axis.set_xlabel("root mean square of what is left, over the noise [-]")
     axis.margins(x=0.08)
     return axis

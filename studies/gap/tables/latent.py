@@ -44,7 +44,7 @@ QUANTITIES = {
     "tabulated_delay.a": "solenoid A later by",
     "tabulated_delay.b": "solenoid B later by",
     "tabulated_delay.pressure": "both later by",
-    "tabulated_cylinder_heat.share": "heat over p V ω",
+    "tabulated_cylinder_heat.share": "heat over p V ω [-]",
     "tabulated_cylinder_leak.out": "leak of the cylinder",
     "tabulated_cylinder_leak.past_groove": "leak past the groove",
     "tabulated_groove.share": "more area of the groove",

@@ -21,9 +21,11 @@ from apesim.studies.archives.machines import read_recorded_machine
 from apesim.studies.archives.result_kinds import KINDS, SIGNS, kind_of
 from apesim.studies.assessment import comparison
 from apesim.studies.gap.example_bench import read_example
+from apesim.studies.limit.valve_figures import limit_figures
 from apesim.studies.optimise import optimisation
 from tests.archive_samples import VERSION_1, VERSION_2, VERSION_2_SWEEP
 from tests.folders import SAMPLES
+from tests.studies.drawing.figure_faults import faults_of, watch_figures
 
 VERSION_1_MAP = SAMPLES / "version_1_map.h5"
 PLACE = {"pressure": "1 MPa gauge", "temperature": "287 K"}
@@ -95,6 +97,20 @@ def test_the_kind_of_an_old_archive_is_told(apesim, path, kind):
     assert "kind" not in read(path).provenance
     assert json.loads(apesim("archive", "info", str(path), "--json")[1])["kind"] == kind
     assert f"kind          {kind}\n" in apesim("archive", "info", str(path))[1]
+
+
+@pytest.mark.parametrize("name", ["ValveLimit", "EngineLimitMap", "OptimalCommands", "SoftLanding"])
+def test_figures_of_studies_that_take_long_are_without_fault(name, monkeypatch, tmp_path):
+    result, watched = found(name), watch_figures(monkeypatch)
+    if name == "ValveLimit":
+        limit_figures(result.archive, Machine().ambient.pressure, tmp_path)
+    else:
+        result.draw(tmp_path)
+    assert watched and not {figure: faults for figure, faults in watched.items() if faults}
+    for what in {"OptimalCommands": optimisation.PLOTS, "ValveLimit": ("limit_hz", "limit_rpm")}.get(name, (None,)):
+        axes = result.plot(**{"what": what} if what else {})
+        assert not faults_of(axes.figure)
+        plt.close(axes.figure)
 
 
 def test_a_kind_of_a_later_version_comes_back_bare_and_says_so():
