@@ -1,7 +1,6 @@
 """How figures are written: PNG to look at, PDF to print, SVG for pages; the same bytes each time."""
 
 import io
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -18,7 +17,7 @@ from matplotlib.transforms import Bbox
 
 from apesim.archive import write_file
 from apesim.quantities import Fault, InputError
-from apesim.studies.drawing.panels import fit_titles
+from apesim.studies.drawing.panels import fit_titles, split_at_commas
 from apesim.studies.drawing.style import STYLE
 from apesim.studies.execution.output import make_folder, refuse_to_replace
 from apesim.studies.execution.pool import done_beside
@@ -94,7 +93,7 @@ def save(figure: Figure, folder: str | PathLike[str], name: str, conditions: str
 def _in_lines(text: str, letters: int) -> str:
     """Break a text into lines of so many letters at most, behind its commas and semicolons."""
     lines = [""]
-    for part in re.split(r"(?<=[,;]) ", text):
+    for part in split_at_commas(text):
         if lines[-1] and len(lines[-1]) + 1 + len(part) > letters:
             lines.append(part)
         else:

@@ -1,5 +1,6 @@
 """Figures and their panels: opening them, naming their axes with units, lines and legend entries that many have."""
 
+import re
 import textwrap
 from collections.abc import Sequence
 from typing import Any, Literal
@@ -23,6 +24,8 @@ MAX_COLUMNS = 3
 """Panels side by side: more would make a strip that no page and no screen shows."""
 LABEL_LETTERS = 44
 """Letters on a line of a legend: half the width of a page."""
+NO_BREAK = "\N{NO-BREAK SPACE}"
+"""What stands for a space where a line must not break."""
 MIN_FREE = 0.3
 """Share of a panel that lines keep at least below a legend that stands above them."""
 MIN_TITLE = 20
@@ -187,13 +190,23 @@ def fit_titles(figure: Figure) -> bool:
 def _in_even_lines(text: str, letters: int) -> str:
     """Break a text into as few lines of so many letters at most as it takes, each about as long as the others.
 
-    >>> _in_even_lines("supply pressure 0.9 MPa gauge, 800 r/min", 36).splitlines()
-    ['supply pressure 0.9', 'MPa gauge, 800 r/min']
+    It is broken behind its commas and semicolons, unless what stands between these is longer than a line.
+
+    >>> _in_even_lines("supply pressure 0.9 MPa gauge, 800 r/min, 300 K", 36).splitlines()
+    ['supply pressure 0.9 MPa gauge,', '800 r/min, 300 K']
     """
+    parts = split_at_commas(text)
+    if max(map(len, parts)) <= letters:
+        text = " ".join(part.replace(" ", NO_BREAK) for part in parts)
     count = len(textwrap.wrap(text, letters))
     widths = range(max(len(text) // max(count, 1), 1), letters)
     evenly = (wrapped for width in widths if len(wrapped := textwrap.wrap(text, width)) == count)
-    return "\n".join(next(evenly, textwrap.wrap(text, letters)))
+    return "\n".join(next(evenly, textwrap.wrap(text, letters))).replace(NO_BREAK, " ")
+
+
+def split_at_commas(text: str) -> list[str]:
+    """Split a text behind its commas and semicolons, each of which stays with what is before it."""
+    return re.split(r"(?<=[,;]) ", text)
 
 
 def named(name: str, unit: str) -> str:

@@ -73,7 +73,7 @@ def _draw_rule(axis: Axes, v: Mapping[str, np.ndarray]) -> Axes:
     time = v["rule_lap_to_lap_s"][own]
     if not np.isnan(time):
         axis.plot(windows, DesignRule(time).limit(windows * DEGREE) / RPM, color=RED, lw=1.2)
-        title += f", t = {1e3 * time:.2f} ms (red, its own air)"
-    axis.set_title(f"{title}\nand {1e3 * times[0]:.2f} to {1e3 * times[-1]:.2f} ms (grey, all air)")
+        title += f"\nt = {1e3 * time:.2f} ms (red, its own air)"
+    label_axes(axis, title=f"{title}\nt = {1e3 * times[0]:.2f} to {1e3 * times[-1]:.2f} ms (grey, all air)")
     axis.set_xlim(0.0, windows[-1])
     return axis
