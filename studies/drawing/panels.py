@@ -3,6 +3,7 @@
 import re
 import textwrap
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -198,10 +199,11 @@ def _in_even_lines(text: str, letters: int) -> str:
     parts = split_at_commas(text)
     if max(map(len, parts)) <= letters:
         text = " ".join(part.replace(" ", NO_BREAK) for part in parts)
-    count = len(textwrap.wrap(text, letters))
+    wrap = partial(textwrap.wrap, text, break_long_words=False)
+    count = len(wrap(letters))
     widths = range(max(len(text) // max(count, 1), 1), letters)
-    evenly = (wrapped for width in widths if len(wrapped := textwrap.wrap(text, width)) == count)
-    return "\n".join(next(evenly, textwrap.wrap(text, letters))).replace(NO_BREAK, " ")
+    evenly = (wrapped for width in widths if len(wrapped := wrap(width)) == count)
+    return "\n".join(next(evenly, wrap(letters))).replace(NO_BREAK, " ")
 
 
 def split_at_commas(text: str) -> list[str]:

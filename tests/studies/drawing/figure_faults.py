@@ -22,13 +22,18 @@ TOLERANCE = 1.5
 NUMBER = re.compile(r"[-\N{MINUS SIGN}]?[\d.]+")
 
 
-def watch_figures(monkeypatch):
-    """Faults of each figure that is written from now on, by its name; it is laid out, and rendered into no file."""
+def watch_figures(monkeypatch, told=None):
+    """Faults of each figure that is written from now on, by its name; it is laid out, and rendered into no file.
+
+    The conditions of each are kept in ``told``.
+    """
     found, save = {}, files.save
 
     def watched(figure, folder, name, conditions=""):
         paths = save(figure, folder, name, conditions)
         found[name] = faults_of(figure)
+        if told is not None:
+            told[name] = conditions
         return paths
 
     for module in (files, gap_files):

@@ -35,7 +35,7 @@ from apesim.studies.measured import MeasuredRun
 from apesim.studies.paper.figures import _plot_frictions, _plot_lifts, _plot_measures
 from apesim.studies.paper.friction.friction_map import FrictionMap
 from apesim.studies.paper.friction.statements import STATEMENTS
-from apesim.studies.sweep.figures import sweep_figures
+from apesim.studies.sweep.figures import plot_cycle, sweep_figures
 from apesim.studies.transient.figures import draw_start, draw_start_map, draw_transient
 from tests.studies.drawing.figure_faults import faults_of, watch_figures
 
@@ -129,6 +129,32 @@ def test_plots_of_a_result_are_in_the_house_style_and_without_fault(name, what):
     assert axes.name == "polar" or not axes.spines["top"].get_visible()
     assert not faults_of(axes.figure)
     plt.close(axes.figure)
+
+
+def test_a_key_that_was_varied_is_no_condition_and_its_value_stands_in_the_figure(monkeypatch, tmp_path):
+    told, archive = {}, found("sweep over keys").archive
+    watch_figures(monkeypatch, told)
+    sweep_figures(archive, tmp_path)
+    [conditions] = set(told.values())
+    assert conditions.startswith("supply 300 K, control air 0.9 MPa gauge; default machine but for ")
+    assert "volume" not in conditions
+    title = plot_cycle(archive).axes[0].get_title().replace("\n", " ")
+    assert title.endswith(" r/min, supply pressure 0.6 MPa gauge, engine receiver volume 0.5 L")
+
+
+def test_the_air_of_a_map_over_one_axis_and_no_key_of_the_engine_are_conditions(monkeypatch, tmp_path):
+    told = {}
+    watch_figures(monkeypatch, told)
+    map_figures(found("map over one axis").archive, MACHINE.ambient.pressure, tmp_path)
+    assert told["delay_time"].startswith("50 ms pulse, control air temperature 287 K; default valve but for ")
+    assert not any(name in told["delay_time"] for name in ("engine", "command", "shaft", "supply"))
+
+
+def test_courses_of_a_run_over_time_are_conditions(monkeypatch, tmp_path):
+    told = {}
+    watch_figures(monkeypatch, told)
+    draw_transient(found("transient"), tmp_path)
+    assert "from: 600 r/min, load over time: 0.3 s: 8 N m" in told["transient"]
 
 
 def test_a_user_s_axes_keep_the_user_s_settings():
