@@ -4,7 +4,7 @@ Lengths that a machine file does not know (walls, the length of pistons, solenoi
 usually are, and bear no dimension. Areas that are only known as effective ones are drawn as circles of that area.
 """
 
-from math import cos, inf, pi, radians, sin, sqrt
+from math import inf, pi, radians
 from os import PathLike
 from typing import Any, NamedTuple
 
@@ -19,8 +19,8 @@ from apesim.engine.kinematics import swept_volume
 from apesim.engine.machine import Machine
 from apesim.studies.drawing.files import write_figure
 from apesim.studies.drawing.panels import open_row
+from apesim.studies.drawing.shapes import CRANKCASE, EngineShape, ValveShape, engine_shape, intake_shape, valve_shape
 from apesim.studies.drawing.style import BLUE, RED, STYLE, Look
-from apesim.valve.groove import area_table, lap_of
 
 CRANK_ANGLE = radians(60.0)
 """Crank angle at which the engine is drawn: crank, rod and charge are all seen."""
@@ -30,8 +30,6 @@ DIMENSION = 8.0
 """Size of the letters of dimensions [pt]."""
 SIZE = (11.0, 7.6)
 """Width and height of the figure [inch]."""
-MAX_RECEIVER = 0.45
-"""Radius of the receiver, over the height of the engine, up to which it is drawn to scale."""
 
 
 class Box(NamedTuple):
@@ -41,68 +39,6 @@ class Box(NamedTuple):
     y: float
     width: float
     height: float
-
-
-class ValveShape(NamedTuple):
-    """Intake valve as it is drawn, closed, its axis at x = 0 and the floor of its lower chamber at y = 0 [mm]."""
-
-    diameter: float
-    stroke: float
-    lap: float
-    clearance: float
-    """Height of the clearance volume of each chamber."""
-    land: float
-    """Height of the piston's land below and above its groove; chosen, as no machine file knows it."""
-    orifice: float
-    """Diameter of a circle of the solenoid's effective area."""
-    opening: float
-    """Diameter of a circle of the groove's effective area at full lift."""
-
-    @property
-    def groove(self) -> float:
-        """Height of the groove, as the part of the lift that opens it."""
-        return self.stroke - self.lap
-
-    @property
-    def length(self) -> float:
-        """Length of the piston."""
-        return 2.0 * self.land + self.groove
-
-    @property
-    def height(self) -> float:
-        """Height of the bore that the piston moves in."""
-        return 2.0 * self.clearance + self.stroke + self.length
-
-    @property
-    def port(self) -> float:
-        """Height of the lower edge of the ports, which the groove meets once it has risen by the lap."""
-        return self.clearance + self.land + self.groove + self.lap
-
-    @property
-    def wall(self) -> float:
-        """Thickness of the housing."""
-        return 0.14 * self.diameter + 0.1 * self.stroke
-
-
-def valve_shape(machine: Machine) -> ValveShape:
-    """Return the shape of the intake valve of a machine [mm]."""
-    valve = machine.valve
-    table = area_table(machine.groove, valve.stroke)
-    diameter, stroke = 1e3 * _diameter_of(valve.piston_area), 1e3 * valve.stroke
-    return ValveShape(
-        diameter,
-        stroke,
-        1e3 * lap_of(table),
-        1e3 * valve.clearance_volume / valve.piston_area,
-        max(1.15 * stroke, 0.12 * diameter),
-        1e3 * _diameter_of(valve.solenoid.effective_area),
-        1e3 * _diameter_of(float(table[:, 1].max())),
-    )
-
-
-def _diameter_of(area: float) -> float:
-    """Diameter of a circle of an area."""
-    return sqrt(4.0 * area / pi)
 
 
 def _block(ax: Axes, box: Box, colour: str, zorder: float = 2.0, **look: Any) -> None:
@@ -173,24 +109,8 @@ def _draw_valve_body(ax: Axes, shape: ValveShape, at: tuple[float, float], sprin
     # Ports in the housing on both sides, then the piston in front of them, with its groove cut out.
     for side in (x - 0.5 * d - wall, x + 0.5 * d):
         _block(ax, Box(side, y + shape.port, wall, shape.groove), SUPPLY_AIR if side < x else AIR, 2.5, lw=0.6)
-    depth = 0.16 * d
-    foot, edge = y + shape.clearance, y + shape.clearance + shape.land
-    rim = edge + shape.groove
-    left, right = x - 0.5 * d, x + 0.5 * d
-    outline = [
-        (left, foot),
-        (right, foot),
-        (right, edge),
-        (right - depth, edge),
-        (right - depth, rim),
-        (right, rim),
-        (right, top),
-        (left, top),
-        (left, rim),
-        (left + depth, rim),
-        (left + depth, edge),
-        (left, edge),
-    ]
+    foot = y + shape.clearance
+    outline = [(x + across, y + along) for across, along in shape.piston_outline()]
     ax.add_patch(Polygon(outline, closed=True, fc=DARK, ec=LINE, lw=0.8, zorder=3))
     if springs:
         _draw_spring(ax, x, y, foot, 0.25 * d)
@@ -199,22 +119,17 @@ def _draw_valve_body(ax: Axes, shape: ValveShape, at: tuple[float, float], sprin
 
 def draw_engine(ax: Axes, machine: Machine) -> None:
     """Draw cylinder, piston, crank, intake valve, receiver, solenoids and exhaust to scale, in millimetres."""
-    engine = machine.engine
-    bore, stroke, rod, offset = (1e3 * x for x in (engine.bore, engine.stroke, engine.rod_length, engine.pin_offset))
-    crank, clearance = 0.5 * stroke, stroke / (engine.compression_ratio - 1.0)
-    wall, crown = 0.08 * bore, 0.42 * bore  # wall, and crown over the pin
-    pin = (crank * sin(CRANK_ANGLE), crank * cos(CRANK_ANGLE))
-    wrist = pin[1] + sqrt(rod * rod - (pin[0] - offset) ** 2)
-    top = sqrt((rod + crank) ** 2 - offset**2) + crown  # of the piston at top dead centre
-    bottom, face, head = top - stroke, wrist + crown, top + clearance
-    skirt = 0.72 * bore
-    thickness = 0.2 * bore
+    shape = engine_shape(machine)
+    bore, stroke, rod, offset, clearance = shape[:5]
+    crank, wall, skirt, thickness = shape.crank, shape.wall, shape.skirt, shape.thickness
+    pin, wrist = shape.crank_pin(CRANK_ANGLE), shape.piston_pin(CRANK_ANGLE)
+    top, bottom, head, foot = shape.top, shape.bottom, shape.head, shape.foot
+    face = wrist + shape.crown
 
     # Crankcase, cylinder and charge, from the back to the front.
-    foot = bottom - skirt * 0.75
     for side in (offset - 0.5 * bore - wall, offset + 0.5 * bore):
         _block(ax, Box(side, foot, wall, head - foot), METAL)
-    ax.add_patch(Circle((0.0, 0.0), 1.3 * crank, fc="0.95", ec="0.75", lw=0.8, zorder=1))
+    ax.add_patch(Circle((0.0, 0.0), CRANKCASE * crank, fc="0.95", ec="0.75", lw=0.8, zorder=1))
     ax.add_patch(Circle((0.0, 0.0), crank, fc="none", ec="0.6", lw=0.7, ls=(0, (4, 3)), zorder=1.2))
     _block(ax, Box(offset - 0.5 * bore, face, bore, head - face), SUPPLY_AIR, 1.5, lw=0.0)
     _block(ax, Box(offset - 0.5 * bore - wall, head, bore + 2.0 * wall, thickness), METAL)
@@ -228,11 +143,10 @@ def draw_engine(ax: Axes, machine: Machine) -> None:
         ax.plot([offset - 0.5 * bore, offset + 0.5 * bore], 2 * [face - ring * bore], color="0.35", lw=1.2, zorder=2.8)
     for joint in ((0.0, 0.0), pin, (offset, wrist)):
         ax.add_patch(Circle(joint, 0.045 * bore, fc="white", ec=LINE, lw=0.9, zorder=3.6))
-    ax.plot([offset, offset], [-1.3 * crank, head], color="0.5", lw=0.6, ls=(0, (10, 3, 2, 3)), zorder=3.7)
+    ax.plot([offset, offset], [-CRANKCASE * crank, head], color="0.5", lw=0.6, ls=(0, (10, 3, 2, 3)), zorder=3.7)
 
     # Exhaust: a channel as wide as a circle of its effective area, with a valve on its seat.
-    exhaust = sum(valve.effective_area for valve in engine.exhausts)
-    width = 1e3 * _diameter_of(exhaust)
+    width = shape.exhaust
     x = offset + min(0.5 * bore - 0.5 * width, 0.27 * bore)
     rise = thickness + 0.35 * bore
     _block(ax, Box(x - 0.5 * width, head, width, rise), AIR, 2.5, lw=0.7)
@@ -249,8 +163,8 @@ def draw_engine(ax: Axes, machine: Machine) -> None:
 
     # Intake valve beside its channel into the head, then solenoids, pipe and receiver to the left.
     right = offset + 0.5 * bore + wall
-    lowest = -1.3 * crank
-    left, highest = _draw_intake(ax, machine, Box(offset, head, bore, thickness), top - lowest)
+    lowest = -CRANKCASE * crank
+    left, highest = _draw_intake(ax, machine, shape)
 
     # Dimensions of the cylinder and of the crank gear.
     under = foot - 0.12 * bore
@@ -273,7 +187,7 @@ def draw_engine(ax: Axes, machine: Machine) -> None:
     )
     axis = offset - 0.5 * bore - wall
     if abs(offset) < 0.02 * bore:
-        rod_x = min(axis, -1.3 * crank) - 0.18 * bore
+        rod_x = min(axis, -CRANKCASE * crank) - 0.18 * bore
         shift = (rod_x, 0.0)
         _dimension(ax, (0.0, 0.0), (0.0, rod + crank), f"rod + crank {_number(rod)} + {_number(crank)}", away=shift)
     else:
@@ -281,29 +195,19 @@ def draw_engine(ax: Axes, machine: Machine) -> None:
     ax.plot([offset - 0.5 * bore, right + gap], 2 * [top], color=BLUE, lw=0.6, ls=":", zorder=3.8)
     ax.plot([offset - 0.5 * bore, right + gap], 2 * [bottom], color=BLUE, lw=0.6, ls=":", zorder=3.8)
     _label(ax, (right + gap + 0.05 * bore, bottom), "BDC", ha="left")
-    across = min(left, -1.3 * crank), max(right + 0.85 * bore, 1.3 * crank)
+    across = min(left, -CRANKCASE * crank), max(right + 0.85 * bore, CRANKCASE * crank)
     _finish(ax, across, (lowest, highest), bore)
 
 
-def _draw_intake(ax: Axes, machine: Machine, head: Box, engine_height: float) -> tuple[float, float]:
-    """Draw intake valve, receiver and pipes on the head; returns how far they reach to the left and upwards.
-
-    `head` is centre, lower edge, bore and thickness of the cylinder's head.
-    """
-    centre, low, bore, thickness = head
-    shape = valve_shape(machine)
-    is_epv = machine.engine.intake == EPV
-    channel = shape.opening
-    x = centre - min(0.5 * bore - 0.5 * channel, 0.25 * bore)
-    d, wall = shape.diameter, shape.wall
-    foot = low + thickness + wall + 0.05 * bore
-    axis = x - 0.5 * channel - 0.04 * bore - wall - 0.5 * d
-    port = foot + shape.port + 0.5 * shape.groove if is_epv else low + thickness + 0.5 * bore
+def _draw_intake(ax: Axes, machine: Machine, engine: EngineShape) -> tuple[float, float]:
+    """Draw intake valve, receiver and pipes on the head; returns how far they reach to the left and upwards."""
+    shape, is_epv, bore = valve_shape(machine), machine.engine.intake == EPV, engine.bore
+    channel, x, axis, foot, port, side, outer, middle, drawn, is_to_scale, end = intake_shape(machine, engine, shape)
+    d, wall, low = shape.diameter, shape.wall, engine.head
 
     # The channel down into the cylinder, as wide as a circle of the groove's effective area.
     pipe = 0.5 * channel
     elbow = port + pipe
-    side = axis + 0.5 * d + wall if is_epv else x - pipe - 0.75 * bore
     _block(ax, Box(x - pipe, low, channel, elbow - low), SUPPLY_AIR, 2.1, lw=0.6)
     _block(ax, Box(side, port - pipe, max(x - pipe - side, 0.0), channel), SUPPLY_AIR, 2.1, lw=0.6)
     _dimension(
@@ -328,21 +232,13 @@ def _draw_intake(ax: Axes, machine: Machine, head: Box, engine_height: float) ->
             away=(0.0, 0.06 * bore),
             beside=(0.05 * bore, highest - upper - 0.06 * bore),
         )
-        outer = axis - 0.5 * d - wall
     else:
-        outer = x - pipe - 0.75 * bore
         below = port - pipe - 0.03 * bore
         _label(ax, (0.5 * (outer + x - pipe), below), f"intake by {INTAKES[machine.engine.intake]}", va="top")
 
     # Receiver: a sphere of its volume, with the feed from the regulator.
-    volume, feed = machine.engine.receiver.volume, 1e3 * _diameter_of(machine.engine.receiver.feed_area)
-    radius = inf if volume == inf else 1e3 * (0.75 * volume / pi) ** (1.0 / 3.0)
-    is_to_scale = radius <= MAX_RECEIVER * engine_height
-    drawn = radius if is_to_scale else (0.5 if radius == inf else 1.0) * MAX_RECEIVER * engine_height
-    gap = 0.22 * bore
-    middle = outer - gap - drawn
+    volume, radius, feed = machine.engine.receiver.volume, engine.receiver, engine.feed
     _block(ax, Box(middle, port - pipe, outer - middle, channel), SUPPLY_AIR, 1.9, lw=0.6)
-    end = middle - drawn - gap
     _block(ax, Box(end, port - 0.5 * feed, middle - end, feed), SUPPLY_AIR, 1.9, lw=0.6)
     ax.add_patch(
         Circle((middle, port), drawn, fc=SUPPLY_AIR, ec=LINE, lw=0.8, zorder=2.2, ls="-" if is_to_scale else "--")

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from apesim import Machine, design_machine
-from apesim.studies.drawing.machine import machine_figure, valve_shape
+from apesim.studies.drawing.machine import machine_figure
+from apesim.studies.drawing.shapes import valve_shape
 
 SIZES = [
     {"bore": "20 mm", "stroke": "20 mm", "rated_speed": "3000 rpm"},
