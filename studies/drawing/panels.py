@@ -265,11 +265,3 @@ def find_gaps(x: np.ndarray) -> np.ndarray:
     """Find the first sample behind each gap that is longer than `MIN_GAP` usual steps of the ascending x, (k,)."""
     steps = np.diff(x)
     return np.flatnonzero(steps > MIN_GAP * np.median(steps)) + 1 if len(steps) else np.empty(0, dtype=np.int64)
-
-
-def spread_out(count: int, max_count: int) -> np.ndarray:
-    """Numbers of some of many runs, `max_count` at most, evenly spread, the first and the last among them.
-
-    `count` is how many runs there are; the numbers ascend.
-    """
-    return np.unique(np.linspace(0, count - 1, max_count).round().astype(int))

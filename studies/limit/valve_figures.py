@@ -23,8 +23,8 @@ from apesim.studies.drawing.panels import (
     named,
     open_one,
     open_row,
-    spread_out,
 )
+from apesim.studies.drawing.spread import spread_out
 from apesim.studies.drawing.style import Look, looks_of, spaced
 from apesim.studies.limit.lines import draw_over_pressure, draw_own_point
 from apesim.studies.limit.points import Point, own_run

@@ -21,8 +21,8 @@ from apesim.studies.drawing.panels import (
     legend_handle,
     open_one,
     open_panels,
-    spread_out,
 )
+from apesim.studies.drawing.spread import spread_out
 from apesim.studies.drawing.style import BLUE, RED, STYLES, Look, looks_of
 
 STROKES = {"opening": BLUE, "closing": RED}

@@ -27,8 +27,8 @@ from apesim.studies.drawing.panels import (
     named,
     open_column,
     open_row,
-    spread_out,
 )
+from apesim.studies.drawing.spread import spread_out
 from apesim.studies.drawing.style import BLUE, GREY, RED, STYLES, Look, colours_of, spaced
 from apesim.studies.drawing.style import MARKERS as MARKS
 from apesim.studies.sweep.plan import in_one_unit

@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 
 from apesim.archive import Archive
 from apesim.archive.grid import axes_of, places_of
-from apesim.studies.drawing.panels import add_legend, add_legend_entry, label_axes, spread_out
+from apesim.studies.drawing.panels import add_legend, add_legend_entry, label_axes
+from apesim.studies.drawing.spread import spread_out
 from apesim.studies.drawing.style import Look, looks_of
 from apesim.studies.sweep.plan import in_one_unit
 from apesim.studies.transient.start_archive import named

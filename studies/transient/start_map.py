@@ -201,7 +201,7 @@ class StartMap(GridResult):
         >>> starts.rings()
         ([0, 1], ['1 cylinder, 19 %', '2 cylinders, 38 %'])
         """
-        from apesim.studies.drawing.panels import spread_out
+        from apesim.studies.drawing.spread import spread_out
 
         runs = spread_out(len(self.archive.runs), MAX_RINGS).tolist()
         shares, names = self.archive.variables["starting_share"].values, list(names_of(self.archive))

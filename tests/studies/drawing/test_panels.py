@@ -15,8 +15,8 @@ from apesim.studies.drawing.panels import (
     open_one,
     open_row,
     open_wrapped,
-    spread_out,
 )
+from apesim.studies.drawing.spread import spread_out
 from apesim.studies.drawing.style import STYLE, colours_of, looks_of
 from apesim.studies.optimise.figures import draw_over_speed, optimise_figures
 
