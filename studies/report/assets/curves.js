@@ -62,7 +62,7 @@ const apesimCurves = (() => {
       svg.append(makeSvg("path", { d: "M1 6H33", fill: "none", stroke: `var(--${shown.colour})`, "stroke-width": 2, "stroke-dasharray": shown.dash.join(" ") }));
     }
     if (isMarked(shown, count)) {
-      svg.append(makeSvg("path", { d: markerPath(shown.marker, 17, 6, 3.5), fill: "var(--paper)", stroke: `var(--${shown.colour})`, "stroke-width": 1.6 }));
+      svg.append(makeSvg("path", { d: markerPath(shown.marker, 17, 6, 3.5), fill: shown.line ? "var(--paper)" : `var(--${shown.colour})`, stroke: `var(--${shown.colour})`, "stroke-width": 1.6 }));
     }
     return svg;
   }
@@ -71,10 +71,8 @@ const apesimCurves = (() => {
   function frame(element, chart) {
     const box = make("div", { class: "curves live" });
     const plot = make("div", { class: "plot", tabindex: 0, role: "slider", "aria-label": `${named(chart.y)} over ${named(chart.x)}`, "aria-valuemin": 0, "aria-valuenow": 0, "aria-valuetext": "no point chosen; arrow keys move along the curve" });
-    const place = make("span", { class: "place" }), legend = make("ul", { class: "legend" });
-    const first = make("li");
-    first.append(place);
-    legend.append(first);
+    const head = make("div", { class: "head" }), place = make("span", { class: "place" }), legend = make("ul", { class: "legend" });
+    head.append(make("span", {}, named(chart.y)), place);
     const outputs = chart.series.map((series, i) => {
       const item = make("li"), button = make("button", { type: "button", "aria-pressed": "true" }), value = make("b");
       button.append(swatch(series, i, series.values.length), make("span", {}, series.label), value);
@@ -83,7 +81,7 @@ const apesimCurves = (() => {
       legend.append(item);
       return { button, value };
     });
-    box.append(make("span", { class: "unit" }, named(chart.y)), plot, legend);
+    box.append(head, plot, legend);
     element.append(box);
     const handle = { element, chart, box, plot, place, outputs, index: null, visible: chart.series.map(() => true) };
     return handle;
@@ -111,15 +109,16 @@ const apesimCurves = (() => {
   }
 
   function ticks(values, step) {
-    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    return values.map((value) => value == null ? "" : value.toFixed(Math.min(digits, 9)).replace("-", "−"));
+    let digits = 0;  // as many as the step itself has: 0.25 has two
+    while (digits < 9 && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-6) digits++;
+    return values.map((value) => value == null ? "" : (value || 0).toFixed(digits).replace("-", "−"));
   }
 
   function markerPaths(kind) {
     return (plot, i, from, to) => {
-      const path = new Path2D(), ratio = devicePixelRatio || 1, xs = plot.data[0], ys = plot.data[i];
+      const path = new Path2D(), ratio = devicePixelRatio || 1, xs = plot.data[0], ys = plot.data[i], { min, max } = plot.scales.y;
       for (let k = from; k <= to; k++) {
-        if (ys[k] != null) path.addPath(new Path2D(markerPath(kind, plot.valToPos(xs[k], "x", true), plot.valToPos(ys[k], "y", true), 3.4 * ratio)));
+        if (ys[k] != null && ys[k] >= min && ys[k] <= max) path.addPath(new Path2D(markerPath(kind, plot.valToPos(xs[k], "x", true), plot.valToPos(ys[k], "y", true), 3.4 * ratio)));
       }
       return { stroke: path, fill: path, flags: 3 };
     };
@@ -130,7 +129,7 @@ const apesimCurves = (() => {
     const data = tablesOf(chart), unit = chart.x.unit;
     const axis = (label) => ({
       stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 }, ticks: { stroke: () => colour("line"), size: 5 },
-      font: "12px system-ui, sans-serif", values: (_, splits, __, ___, step) => ticks(splits, step), label, labelFont: "12px system-ui, sans-serif", labelSize: 20, labelGap: 2,
+      font: "12px system-ui, sans-serif", values: (_, splits, __, ___, step) => ticks(splits, step), size: 28, label, labelFont: "12px system-ui, sans-serif", labelSize: 18, labelGap: 0,
     });
     const y = { ...axis(undefined), size: (_, values) => 14 + 7 * Math.max(2, ...(values ?? []).map((text) => text.length)), labelSize: 0 };
 
@@ -165,7 +164,7 @@ const apesimCurves = (() => {
         const shown = look(series, i), ink = () => colour(shown.colour);
         return {
           label: series.label, stroke: ink, width: shown.line ? 1.8 : 0, dash: shown.dash, paths: shown.line ? undefined : () => null,
-          points: { show: isMarked(shown, series.values.length), paths: markerPaths(shown.marker ?? 0), stroke: ink, fill: () => colour("paper"), width: 1.6 },
+          points: { show: isMarked(shown, series.values.length), paths: markerPaths(shown.marker ?? 0), stroke: ink, fill: shown.line ? () => colour("paper") : ink, width: 1.6 },
         };
       })],
       hooks: { setCursor: [show] },
@@ -241,13 +240,18 @@ const apesimCurves = (() => {
       svg.append(makeSvg("path", { class: "axis", d: `M${edge.left} ${edge.top}V${bottom}H${right}` }));
       chart.series.forEach((series, i) => {
         if (!handle.visible[i]) return;
+        const own = look(series, i);
         let text = "", isPen = false;
         for (let k = 0; k < series.x.length; k++) {
           const isThere = Number.isFinite(series.x[k]) && Number.isFinite(series.values[k]);
           if (isThere) text += `${isPen ? "L" : "M"}${toX(series.x[k]).toFixed(1)} ${toY(series.values[k]).toFixed(1)}`;
           isPen = isThere;
         }
-        const own = look(series, i);
+        if (!own.line) {
+          const marks = Array.from(series.x, (x, k) => Number.isFinite(x) && Number.isFinite(series.values[k]) ? markerPath(own.marker ?? 0, toX(x), toY(series.values[k]), 3.4) : "");
+          svg.append(makeSvg("path", { d: marks.join(""), fill: `var(--${own.colour})`, stroke: `var(--${own.colour})`, "stroke-width": 1.6 }));
+          return;
+        }
         svg.append(makeSvg("path", { d: text, fill: "none", stroke: `var(--${own.colour})`, "stroke-width": 1.8, "stroke-dasharray": own.dash.join(" "), "stroke-linejoin": "round" }));
       });
       dot = makeSvg("circle", { r: 4.5, fill: "var(--paper)", stroke: "var(--ink)", "stroke-width": 2, visibility: "hidden" });
@@ -294,6 +298,7 @@ const apesimCurves = (() => {
       } else return;
       event.preventDefault();
     });
+    handle.move = (k, i) => { const chosen = i ?? handle.at?.[0] ?? handle.visible.indexOf(true); if (chosen >= 0) show(chosen, k); };
     handle.recolour = () => {};  // its colours are variables of the style
     handle.resize = render;
     handle.refresh = () => render(handle.width, heightFor(chart, handle.width));

@@ -1,9 +1,11 @@
 """Each kind of result comes back from its archive, a pickle and a copy as what it was."""
 
+import base64
 import copy
 import json
 import multiprocessing
 import pickle
+import re
 from dataclasses import replace
 from functools import partial
 
@@ -23,6 +25,8 @@ from apesim.studies.assessment import comparison
 from apesim.studies.gap.example_bench import read_example
 from apesim.studies.limit.valve_figures import limit_figures
 from apesim.studies.optimise import optimisation
+from apesim.studies.report.page import render_page, write_content
+from apesim.studies.report.pages.kinds import BARE, PAGES
 from tests.archive_samples import VERSION_1, VERSION_2, VERSION_2_SWEEP
 from tests.folders import SAMPLES
 from tests.studies.drawing.figure_faults import faults_of, watch_figures
@@ -79,7 +83,9 @@ def plain(data):
 
 
 def test_every_kind_of_archive_is_tried():
-    assert {path.partition(":")[2] for path in KINDS.values()} == set(STUDIES) and set(SIGNS) == set(KINDS)
+    assert {path.partition(":")[2] for path in KINDS.values()} == set(STUDIES) and set(SIGNS) == set(KINDS) == set(
+        PAGES
+    )
 
 
 @pytest.mark.parametrize("name", STUDIES)
@@ -134,6 +140,30 @@ def test_a_result_comes_back_from_its_archive_as_what_it_was(name, tmp_path):
         assert {path.suffix for path in again.draw(tmp_path / "figures")} == {".png", ".pdf"}
     again.write(tmp_path / "again.h5")
     assert apesim.compare_archives(tmp_path / "result.h5", tmp_path / "again.h5").is_same
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_every_kind_has_a_page_of_its_own_the_same_each_time(name):
+    result = found(name)
+    content, odd = write_content(result, result.archive.provenance["kind"])
+    assert odd == [] and content.sections and content.title != BARE(result).title
+    page = render_page(result)
+    assert page == render_page(result_of(result.archive)) and len(page) < 300_000 + 12 * count_samples(page)
+
+
+def count_samples(page):
+    """Numbers that a page shows: the arrays that its figures take."""
+    arrays = json.loads(re.search(r'id="data">(.*?)</script>', page)[1])["arrays"]
+    return sum(len(base64.b64decode(text)) // int(kind[1]) for each in arrays for kind, text in each.items())
+
+
+def test_an_archive_of_any_kind_has_a_page():
+    paths = [VERSION_1, VERSION_2, VERSION_2_SWEEP, VERSION_1_MAP]
+    for archive in [read(path) for path in paths] + [found(name).archive for name in STUDIES]:
+        few = dict(list(archive.variables.items())[: len(archive.variables) // 2])
+        for changed in (archive, replace(archive, machine="[engine"), replace(archive, variables=few)):
+            page = render_page(result_of(changed))
+            assert page.startswith("<!doctype html>") and page.endswith("</html>")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,76 @@
+"""The machine of an archive on its page: what departs from the default, what is assumed, and the whole text."""
+
+from apesim.air import THERMALLY_PERFECT
+from apesim.archive import Archive
+from apesim.archive.comparison import machine_differences
+from apesim.engine.effects import library_of
+from apesim.engine.indicators import is_adiabatic
+from apesim.engine.machine import Machine
+from apesim.quantities import InputError
+from apesim.quantities.settings import dumps
+from apesim.studies.archives.machines import read_recorded_machine
+from apesim.studies.report.sections import Table
+
+MAX_VALUE = 80
+"""Letters of a value that is written out; a longer one is a table or a curve, which is in the whole text."""
+UNNAMED = ("effects", "effects.files")
+"""Keys that are not named: a table of none has no keys; of effects from outside the parameters are named."""
+
+
+def read_machine(archive: Archive) -> Machine:
+    """Read the machine of an archive; the default one where its text is none."""
+    try:
+        return read_recorded_machine(archive.machine)
+    except InputError:
+        return Machine()
+
+
+def list_departures(text: str) -> Table | None:
+    """List the keys in which a machine departs from the default one; None where it cannot be compared."""
+    if not text:
+        return None
+    try:
+        rows = machine_differences(dumps(Machine()), text)
+    except ValueError:
+        return None
+    shown = [(row.name, _in_short(row.b), _in_short(row.a)) for row in rows if row.name not in UNNAMED]
+    return Table("", ("key", "this machine", "default"), shown, is_prose=True)
+
+
+def _in_short(value: object) -> str:
+    """A value of a machine file in words."""
+    text = "not given" if value is None else str(value)
+    return text if len(text) <= MAX_VALUE else "a table of its own, see the machine file"
+
+
+def list_assumptions(text: str) -> list[str]:
+    """Say what the model of a machine assumes, as sentences; none where the text is no machine."""
+    try:
+        machine = read_recorded_machine(text) if text else None
+    except InputError:
+        machine = None
+    if machine is None:
+        return []
+    adiabatic = (
+        "Adiabatic: no wall gives heat to the air of the cylinder. The cold temperatures are a limit: real air does "
+        "not become so cold."
+        if is_adiabatic(machine)
+        else "Heat from the walls: an effect brings it to the air of the cylinder, see the machine."
+    )
+    air = (
+        "Air is an ideal gas whose heat capacity changes with its temperature."
+        if machine.air.model == THERMALLY_PERFECT
+        else "Air is an ideal gas with constant heat capacities."
+    )
+    on = [
+        effect.name.replace("_", " ")
+        for effect in library_of(machine.effects)
+        if effect.is_on(getattr(machine.effects, effect.name))
+    ]
+    effects = (
+        f"Effects beyond the base model: {', '.join(on)}."
+        if on
+        else ("No effect beyond the base model is on: no leakage, no wall heat, no sensor error.")
+    )
+    zones = "Each volume is one zone of uniform pressure and temperature; flow through an opening is quasi-steady."
+    return [adiabatic, air, zones, effects]
