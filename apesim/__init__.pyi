@@ -28,6 +28,7 @@ from .studies.measured import read_measured as read_measured
 from .studies.measured.check import check_measured as check_measured
 from .studies.optimise.optimisation import optimise_commands as optimise_commands
 from .studies.paper.repetition import repeat_paper as repeat_paper
+from .studies.report.writing import write_report as write_report
 from .studies.run.engine_ensemble import run_many as run_many
 from .studies.run.engine_run import run_engine as run_engine
 from .studies.run.valve_run import run_valve as run_valve

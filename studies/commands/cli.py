@@ -20,6 +20,7 @@ from apesim.studies.commands.measured import measured
 from apesim.studies.commands.new import make_machine_file
 from apesim.studies.commands.options import register
 from apesim.studies.commands.paper import repeat_paper
+from apesim.studies.commands.report import write_report
 from apesim.studies.commands.valve import valve
 from apesim.studies.terminal.console import INTERRUPTED, main_of
 
@@ -36,6 +37,7 @@ app.add_typer(gap, name="gap")
 app.add_typer(measured, name="measured")
 register(app, "new", make_machine_file)
 register(app, "machine", print_machine)
+register(app, "report", write_report)
 register(app, "paper", repeat_paper)
 register(app, "doctor", check_installation)
 

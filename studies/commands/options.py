@@ -44,6 +44,9 @@ FmiVersion = Annotated[int, typer.Option("--fmi", metavar="2|3", help="Version o
 Jobs = Annotated[
     int | None, typer.Option(metavar="N", min=1, help="Processes; as many as the work is worth if left out.")
 ]
+Report = Annotated[
+    Path | None, typer.Option("--report", metavar="F.html", help="Also write the results as a page, see apesim report.")
+]
 ArchivePath = Annotated[Path, typer.Argument(metavar="F.h5", help="Archive.")]
 MeasuredFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Measured data: a folder with a measured.toml.")]
 Without = Annotated[

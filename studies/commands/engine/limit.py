@@ -12,6 +12,7 @@ from apesim.studies.commands.options import (
     Jobs,
     Out,
     Overwrite,
+    Report,
     SupplyPressures,
     SupplyTemperatures,
     as_options,
@@ -37,6 +38,7 @@ def find_engine_limit(
     jobs: Jobs = None,
     overwrite: Overwrite = False,
     figures: Figures = True,
+    report: Report = None,
 ) -> int:
     """The highest speed at which the valve opens and closes at its targets, with complete strokes.
 
@@ -51,12 +53,14 @@ def find_engine_limit(
     from apesim.studies.limit import engine_limit_map
     from apesim.studies.limit.points import lowest_run, own_run
     from apesim.studies.limit.summary import summary_lines
+    from apesim.studies.report.writing import prepare_page
     from apesim.studies.terminal.tables import table_of
 
     console, machine = common.console, common.load_machine()
+    write_page = prepare_page(report, overwrite=overwrite)
 
     # The map, in the archive. Faults in its arguments are named as options of the command line.
-    with as_options("find_engine_limit"), console.progress("limit") as report:
+    with as_options("find_engine_limit"), console.progress("limit") as show_progress:
         result = engine_limit_map.find_engine_limit(
             machine,
             pressure=pressure,
@@ -66,13 +70,13 @@ def find_engine_limit(
             jobs=jobs,
             out=out,
             overwrite=overwrite,
-            progress=report,
+            progress=show_progress,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
 
     # Figures, and where all lies: the archive is written by now, and has its digest.
     drawn = result.draw(out.with_suffix(".figures")) if figures else []
-    written = written_json(out, drawn, result["wall_time"])
+    written = written_json(out, drawn, result["wall_time"]) | write_page(out)
     data, columns, ambient = result.to_dict(), values_of(result.archive), result.ambient_pressure
 
     # The table marks the two points that the lines below it are about.

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from apesim.studies.commands.options import Common, FigureFolder, Jobs, Overwrite, Traces, as_options
+from apesim.studies.commands.options import Common, FigureFolder, Jobs, Overwrite, Report, Traces, as_options
 from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 if TYPE_CHECKING:
@@ -55,6 +55,7 @@ def start_engine(
     overwrite: Overwrite = False,
     csv: Traces = None,
     figures: FigureFolder = None,
+    report: Report = None,
 ) -> int:
     """Does the engine start from rest, how fast, with how much air; or from which angles of its crank."""
     import sys
@@ -62,12 +63,14 @@ def start_engine(
     from apesim.archive import command_line, find_target
     from apesim.quantities import Fault, InputError
     from apesim.studies.execution.output import digest_line, write_traces, written_json
+    from apesim.studies.report.writing import prepare_page
     from apesim.studies.sweep import vary
     from apesim.studies.terminal.console import COMMAND_LINE
     from apesim.studies.transient import start as starting
     from apesim.studies.transient.march_archive import trace_table
 
     console, machine = common.console, common.load_machine()
+    write_page = prepare_page(report, overwrite=overwrite)
     if csv and (varied or angle == "all"):
         wrong = "has no traces to write with --vary, or of all angles"
         raise InputError([Fault(COMMAND_LINE, "--csv", wrong, "leave it out, or start one machine from one angle")])
@@ -77,7 +80,7 @@ def start_engine(
     # Machines that vary are read anew from file and settings, with each key given as one more setting.
     settings = common.settings or ()
     variation = vary(varied, common.machine_file, settings, has_intakes=False) if varied else None
-    with as_options("start_engine", cranking_release="--cranking-release"), console.progress("start") as report:
+    with as_options("start_engine", cranking_release="--cranking-release"), console.progress("start") as show_progress:
         start = starting.start_engine(
             machine,
             angle=angle,
@@ -87,7 +90,7 @@ def start_engine(
             out=out,
             jobs=jobs,
             overwrite=overwrite,
-            progress=report,
+            progress=show_progress,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
     if csv:
@@ -99,7 +102,7 @@ def start_engine(
 
         drawn = start.draw(figures) if isinstance(start, starting.StartMap) else draw_start(start, figures)
     table = _map_table(start) if isinstance(start, starting.StartMap) else _table(start)
-    data, lines = start.to_dict() | {"wall_time_s": start["wall_time"]}, []
+    data, lines = start.to_dict() | {"wall_time_s": start["wall_time"]} | write_page(out or start), []
     if out:
         written = written_json(out, drawn, start["wall_time"])
         data |= written

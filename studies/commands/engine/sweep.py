@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.commands.options import Common, Figures, Jobs, Out, Overwrite, Speeds, as_options
+from apesim.studies.commands.options import Common, Figures, Jobs, Out, Overwrite, Report, Speeds, as_options
 from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 
@@ -38,6 +38,7 @@ def sweep_engine(
     resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted sweep.")] = False,
     overwrite: Overwrite = False,
     figures: Figures = True,
+    report: Report = None,
 ) -> int:
     """The main job: speeds, intakes, timings and any keys into an archive, figures and a table.
 
@@ -52,18 +53,20 @@ def sweep_engine(
 
     from apesim.archive import command_line
     from apesim.studies.execution.output import written_json, written_text
+    from apesim.studies.report.writing import prepare_page
     from apesim.studies.sweep import study, vary
     from apesim.studies.sweep.table import sweep_table
     from apesim.terminal import visible
 
     console, machine = common.console, common.load_machine()
+    write_page = prepare_page(report, overwrite=overwrite)
 
     # Machines that vary are read anew from file and settings, with each key given as one more setting.
     variation = vary(varied, common.machine_file, common.settings or ()) if varied else None
 
     # An interrupt keeps the shards that are written; the way to go on has to be told here, where it is heard.
     try:
-        with as_options("sweep"), console.progress("sweep") as report:
+        with as_options("sweep"), console.progress("sweep") as show_progress:
             result = study.sweep(
                 machine,
                 speed,
@@ -77,7 +80,7 @@ def sweep_engine(
                 shard=shard,
                 resume=resume,
                 overwrite=overwrite,
-                progress=report,
+                progress=show_progress,
                 call=command_line(["apesim", *sys.argv[1:]]),
             )
     except KeyboardInterrupt:
@@ -90,7 +93,7 @@ def sweep_engine(
         drawn = sweep_figures(result.archive, out.with_suffix(".figures"))
 
     # The data for scripts: where the archive lies, and what is in it; the time last.
-    data = written_json(out, drawn, result["wall_time"])
+    data = written_json(out, drawn, result["wall_time"]) | write_page(out)
     wall_time = data.pop("wall_time_s")
     data |= result.to_dict() | {"wall_time_s": wall_time}
 

@@ -11,6 +11,7 @@ from apesim.studies.commands.options import (
     Figures,
     Jobs,
     Overwrite,
+    Report,
     Speeds,
     SupplyPressures,
     SupplyTemperatures,
@@ -36,20 +37,23 @@ def correct_timing(
     jobs: Jobs = None,
     overwrite: Overwrite = False,
     figures: Figures = True,
+    report: Report = None,
 ) -> int:
     """Command angles that make the valve really open and close at its targets."""
     import sys
 
     from apesim.archive import command_line
     from apesim.studies.execution.output import written_json, written_text
+    from apesim.studies.report.writing import prepare_page
     from apesim.studies.timing import correction
     from apesim.studies.timing.export import exports_of
     from apesim.studies.timing.summary import error_line, law_lines, shortcut_line, timing_tables
 
     console, machine = common.console, common.load_machine()
+    write_page = prepare_page(report, overwrite=overwrite)
 
     # The map, with its exports beside the archive. Faults in its arguments are named as options.
-    with as_options("correct_timing"), console.progress("timing") as report:
+    with as_options("correct_timing"), console.progress("timing") as show_progress:
         result = correction.correct_timing(
             machine,
             target=target,
@@ -60,13 +64,13 @@ def correct_timing(
             jobs=jobs,
             out=out,
             overwrite=overwrite,
-            progress=report,
+            progress=show_progress,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
 
     # Where everything lies: archive and figures, and the exports, whose names follow from that of the archive.
     drawn = result.draw(out.with_suffix(".figures")) if figures else []
-    written = written_json(out, drawn, result["wall_time"])
+    written = written_json(out, drawn, result["wall_time"]) | write_page(out)
     exports = exports_of(out)
     data = result.to_dict() | written | {"exports": [str(path) for path in exports], "faults": result.failed}
     where = written_text(written, f"{result['runs']} points") + "; " + ", ".join(path.name for path in exports)

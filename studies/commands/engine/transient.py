@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.commands.options import Common, FigureFolder, Overwrite, Traces, as_options
+from apesim.studies.commands.options import Common, FigureFolder, Overwrite, Report, Traces, as_options
 from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 SHOWN = (
@@ -55,6 +55,7 @@ def run_transient(
     overwrite: Overwrite = False,
     csv: Traces = None,
     figures: FigureFolder = None,
+    report: Report = None,
 ) -> int:
     """The engine over time: a free shaft from rest or from a speed, or an imposed speed."""
     import sys
@@ -62,15 +63,17 @@ def run_transient(
     from apesim.archive import command_line, find_target
     from apesim.results import NotConverged
     from apesim.studies.execution.output import digest_line, write_traces, written_json
+    from apesim.studies.report.writing import prepare_page
     from apesim.studies.terminal.tables import number, table_of
     from apesim.studies.transient import transient
     from apesim.studies.transient.march_archive import trace_table
 
     console, machine = common.console, common.load_machine()
+    write_page = prepare_page(report, overwrite=overwrite)
     if csv:
         find_target(csv)
     try:
-        with as_options("run_transient", from_speed="--from"), console.progress("transient") as report:
+        with as_options("run_transient", from_speed="--from"), console.progress("transient") as show_progress:
             run = transient.run_transient(
                 machine,
                 duration=duration,
@@ -82,7 +85,7 @@ def run_transient(
                 timing=timing,
                 min_pulse=min_pulse,
                 sample=sample,
-                progress=report,
+                progress=show_progress,
                 out=out,
                 resume=resume,
                 overwrite=overwrite,
@@ -126,7 +129,7 @@ def run_transient(
         written = written_json(out, drawn, seconds)
         texts.append(f"{out}\n{digest_line(written['content_sha256'])}")
     console.result(
-        data | written,
+        data | written | write_page(out or run),
         table_of("over the whole time", ("", "value", "unit"), rows),
         table_of(f"{len(lines)} of {len(data['revolutions'])} revolutions", HEADER, turns),
         *texts,

@@ -5,7 +5,17 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.commands.options import Common, Figures, Jobs, Out, Overwrite, Pressures, Temperatures, as_options
+from apesim.studies.commands.options import (
+    Common,
+    Figures,
+    Jobs,
+    Out,
+    Overwrite,
+    Pressures,
+    Report,
+    Temperatures,
+    as_options,
+)
 from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 HEADER = ("duty", "limit [Hz]", "[r/min]", "lap to lap [ms]", "window [deg]", "")
@@ -20,6 +30,7 @@ def find_valve_limits(
     jobs: Jobs = None,
     overwrite: Overwrite = False,
     figures: Figures = True,
+    report: Report = None,
 ) -> int:
     """The highest rate at which every stroke is complete, in periodic operation.
 
@@ -40,12 +51,14 @@ def find_valve_limits(
     from apesim.studies.limit import valve_limit
     from apesim.studies.limit.points import lowest_run, own_run
     from apesim.studies.limit.summary import summary_lines
+    from apesim.studies.report.writing import prepare_page
     from apesim.studies.terminal.tables import table_over_supplies
 
     console, machine = common.console, common.load_machine()
+    write_page = prepare_page(report, overwrite=overwrite)
 
     # The map, in the archive. Faults in its arguments are named as options of the command line.
-    with as_options("find_valve_limit"), console.progress("limit") as report:
+    with as_options("find_valve_limit"), console.progress("limit") as show_progress:
         result = valve_limit.find_valve_limit(
             machine,
             pressure=pressure,
@@ -54,7 +67,7 @@ def find_valve_limits(
             out=out,
             jobs=jobs,
             overwrite=overwrite,
-            progress=report,
+            progress=show_progress,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
     drawn = []
@@ -62,7 +75,7 @@ def find_valve_limits(
         from apesim.studies.limit.valve_figures import limit_figures  # half a second, for those who draw
 
         drawn = limit_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures"))
-    written = written_json(out, drawn, result["wall_time"])
+    written = written_json(out, drawn, result["wall_time"]) | write_page(out)
     v = values_of(result.archive)
     data = result.to_dict()
     points = data["points"]

@@ -2,7 +2,17 @@
 
 from pathlib import Path
 
-from apesim.studies.commands.options import Common, Figures, Out, Overwrite, Pressures, Pulse, Temperatures, as_options
+from apesim.studies.commands.options import (
+    Common,
+    Figures,
+    Out,
+    Overwrite,
+    Pressures,
+    Pulse,
+    Report,
+    Temperatures,
+    as_options,
+)
 from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 TIMES = ("opening_delay_s", "opening_stroke_time_s", "closing_delay_s", "closing_stroke_time_s")
@@ -21,6 +31,7 @@ def map_valve_strokes(
     out: Out = Path("valve_map.h5"),
     overwrite: Overwrite = False,
     figures: Figures = True,
+    report: Report = None,
 ) -> int:
     """Delay time, stroke time, seating speed, fluctuation over pressure and temperature.
 
@@ -37,12 +48,14 @@ def map_valve_strokes(
     from apesim.archive.columns import values_of
     from apesim.studies.execution.output import written_json, written_text
     from apesim.studies.limit import valve_map
+    from apesim.studies.report.writing import prepare_page
     from apesim.studies.terminal.tables import number, table_over_supplies
 
     console, machine = common.console, common.load_machine()
+    write_page = prepare_page(report, overwrite=overwrite)
 
     # The map, in the archive. Faults in its arguments are named as options of the command line.
-    with as_options("map_valve"), console.progress("map") as report:
+    with as_options("map_valve"), console.progress("map") as show_progress:
         result = valve_map.map_valve(
             machine,
             pressure=pressure,
@@ -50,7 +63,7 @@ def map_valve_strokes(
             pulse=pulse,
             out=out,
             overwrite=overwrite,
-            progress=report,
+            progress=show_progress,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
     drawn = []
@@ -58,7 +71,7 @@ def map_valve_strokes(
         from apesim.studies.limit.valve_figures import map_figures  # half a second, for those who draw
 
         drawn = map_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures"))
-    written = written_json(out, drawn, result["wall_time"])
+    written = written_json(out, drawn, result["wall_time"]) | write_page(out)
 
     # The table has times in milliseconds, as the header says; the archive has them in SI units.
     v = values_of(result.archive)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.commands.options import Common, Figures, Jobs, Out, Overwrite, as_options
+from apesim.studies.commands.options import Common, Figures, Jobs, Out, Overwrite, Report, as_options
 from apesim.studies.terminal.console import DONE, INCOMPLETE
 
 
@@ -31,6 +31,7 @@ def find_soft_landing(
     jobs: Jobs = None,
     overwrite: Overwrite = False,
     figures: Figures = True,
+    report: Report = None,
 ) -> int:
     """Pulse patterns that lower the seating speed: a braking re-switch in each stroke.
 
@@ -43,13 +44,15 @@ def find_soft_landing(
 
     from apesim.archive import command_line
     from apesim.studies.execution.output import written_json, written_text
+    from apesim.studies.report.writing import prepare_page
     from apesim.studies.soft_landing import study
     from apesim.studies.soft_landing.summary import landing_tables
 
     console, machine = common.console, common.load_machine()
+    write_page = prepare_page(report, overwrite=overwrite)
 
     # The brakes of each stroke. Faults in the arguments are named as options of the command line.
-    with as_options("find_soft_landing"), console.progress("soft landing") as report:
+    with as_options("find_soft_landing"), console.progress("soft landing") as show_progress:
         result = study.find_soft_landing(
             machine,
             pressure=pressure,
@@ -61,13 +64,13 @@ def find_soft_landing(
             out=out,
             jobs=jobs,
             overwrite=overwrite,
-            progress=report,
+            progress=show_progress,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
 
     # Where archive and figures lie, and the tables, in which spacing and cost bound the brakes.
     drawn = result.draw(out.with_suffix(".figures")) if figures else []
-    written = written_json(out, drawn, result["wall_time"])
+    written = written_json(out, drawn, result["wall_time"]) | write_page(out)
     tables = landing_tables(result.strokes, result.spacing, result.cost)
     console.result(result.to_dict() | written, *tables, written_text(written, f"{len(result.strokes)} strokes"))
 
