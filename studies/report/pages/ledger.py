@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from apesim.archive import Archive
 from apesim.engine.exergy import ENTERS, LEAVES
 from apesim.studies.report.figures.bars import Bars
@@ -29,6 +31,10 @@ def describe_ledger(archive: Archive, runs: Sequence[tuple[str, int]], where: st
     """Show where exergy goes in some runs, given by label and number; None where the archive has no ledger."""
     terms = [*ENTERS, *LEAVES, "stored", "engine_friction", WORK]
     if any(f"exergy_{term}_J" not in archive.variables for term in terms):
+        return None
+    # Several cylinders have none: the terms are of one cylinder at constant speed.
+    runs = [(label, run) for label, run in runs if np.isfinite(archive.variables[f"exergy_{WORK}_J"].values[run])]
+    if not runs:
         return None
     ledgers = [
         (label, {term: float(archive.variables[f"exergy_{term}_J"].values[run]) for term in terms})

@@ -11,7 +11,7 @@ from apesim.studies.archives.archive_result import ArchiveResult
 from apesim.studies.drawing.spread import spread_out
 from apesim.studies.report.figures.labels import Axis, Frames, find_shown_unit, format_number, shorten_name
 from apesim.studies.report.figures.moving import Moving
-from apesim.studies.report.grid import MAX_SAMPLES, Cubes
+from apesim.studies.report.grid import MAX_SAMPLES, Cubes, words_over_runs
 from apesim.studies.report.machine import read_machine
 from apesim.studies.report.pages.cycle import CycleLine, draw_cycle
 from apesim.studies.report.pages.ledger import describe_ledger
@@ -102,8 +102,11 @@ def _name_page(cubes: Cubes) -> str:
     axes = {axis.name: axis for axis in cubes.run_axes}
     keys = [axis.label for name, axis in axes.items() if name not in ("actuation", "speed_rpm")]
     speed = axes.get("speed_rpm")
-    span = f" from {speed.values[0]:.5g} to {speed.values[-1]:.5g} r/min" if speed else ""
-    return f"The engine{span}" + (f", over {' and '.join(keys)}" if keys else "")
+    one = cubes.archive.variables["speed_rpm"].values[0]
+    span = f"from {speed.values[0]:.5g} to {speed.values[-1]:.5g} r/min" if speed else f"at {one:.5g} r/min"
+    actuations = sorted(set(words_over_runs(cubes.archive, "actuation")))
+    intake = f": {NAMES.get(actuations[0], actuations[0])}" if len(actuations) == 1 else ""
+    return f"The engine {span}{intake}" + (f", over {' and '.join(keys)}" if keys else "")
 
 
 def _compare(archive: Archive, runs: list[tuple[str, int]]) -> Section:
@@ -196,67 +199,67 @@ def _section_of(title: str, figures: Sequence[Figure], *, is_folded: bool = Fals
     return Section(title, figures, is_folded=is_folded) if figures else None
 
 
-def _draw_cycles(archive: Archive) -> Section | None:
-    """Draw the cycles of some speeds, with all actuations in one figure."""
-    if "crank_angle" not in archive.variables:
-        return None
+def choose_cycles(archive: Archive) -> tuple[dict[str, dict[float, int]], list[float]]:
+    """Choose the cycles that a page shows: runs by actuation and speed [r/min], and the speeds that all have.
+
+    On other axes they are in the middle.
+    """
     texts, places = axes_of(archive), dict(zip(axes_of(archive), places_of(archive), strict=True))
     middle = np.ones(len(archive.runs), dtype=bool)
     for name, values in texts.items():
         if name not in ("actuation", "speed_rpm"):
             middle &= places[name] == (len(values) - 1) // 2
     speeds = archive.variables["speed_rpm"].values
-    table = {
-        number: {float(speeds[run]): int(run) for run in np.flatnonzero(middle & (places["actuation"] == number))}
-        for number in range(len(texts["actuation"]))
-    }
-    own = {number: runs for number, runs in table.items() if runs}
-    common = sorted(set.intersection(*(set(runs) for runs in own.values())))
-    if not common:
+    runs: dict[str, dict[float, int]] = {}
+    for number, name in enumerate(texts["actuation"]):
+        own = np.flatnonzero(middle & (places["actuation"] == number))
+        if own.size:
+            runs[name] = {float(speeds[run]): int(run) for run in own}
+    return runs, sorted(set.intersection(*map(set, runs.values()))) if runs else []
+
+
+def _draw_cycles(archive: Archive) -> Section | None:
+    """Draw the cycles of some speeds, with all actuations in one figure."""
+    runs, common = choose_cycles(archive)
+    if "crank_angle" not in archive.variables or not common:
         return None
-    chosen = [common[k] for k in spread_out(len(common), MAX_CYCLES)]
+    speeds = [common[k] for k in spread_out(len(common), MAX_CYCLES)]
     angles = archive.variables["crank_angle"].values
     step = max(1, -(-len(angles) // MAX_SAMPLES))
-    names = [name for name in TRACES if name in archive.variables and archive.variables[name].values.ndim == 2]
-    lines = [
-        CycleLine(
-            NAMES.get(texts["actuation"][number], texts["actuation"][number]),
-            LOOKS.get(texts["actuation"][number], number),
-            [
-                {name: _trace_of(archive, name, runs[speed], texts["actuation"][number])[::step] for name in names}
-                for speed in chosen
-            ],
+    names = [name for name in TRACES if name in archive.variables]
+    lines = {
+        name: CycleLine(
+            NAMES.get(name, name),
+            LOOKS.get(name, number),
+            [{trace: _trace_of(archive, trace, own[speed], name)[::step] for trace in names} for speed in speeds],
         )
-        for number, runs in own.items()
-    ]
-    start = int(np.abs(np.array(chosen) - USUAL_SPEED).argmin())
-    frames = Frames("speed", tuple(f"{speed:.5g} r/min" for speed in chosen), start)
-    figures = draw_cycle(archive, read_machine(archive), Axis("crank angle", "deg"), [angles[::step]], lines, frames)
-    said = f"Cycles of {len(chosen)} of {len(common)} speeds" if len(chosen) < len(common) else "Cycles of all speeds"
-    thinned = f", every {'second' if step == 2 else f'{step}th'} of {len(angles)} samples" if step > 1 else ""
-    moving = _move_machine(archive, texts["actuation"], own, [angles[::step]], lines, frames)
-    note = f"{said}{thinned}; the archive holds the others. Crank angle 0 is top dead centre."
-    return Section("Around the cycle", [*moving, *figures], note)
+        for number, (name, own) in enumerate(runs.items())
+    }
+    start = int(np.abs(np.array(speeds) - USUAL_SPEED).argmin())
+    frames = Frames("speed", tuple(f"{speed:.5g} r/min" for speed in speeds), start)
+    x, xs = Axis("crank angle", "deg"), [angles[::step]]
+    figures = draw_cycle(archive, read_machine(archive), x, xs, list(lines.values()), frames)
+
+    # What is shown, and what is not.
+    said = [f"cycles of {len(speeds)} of {len(common)} speeds"] if len(speeds) < len(common) else []
+    said += [f"every {'second' if step == 2 else f'{step}th'} of {len(angles)} samples"] * (step > 1)
+    said += ["the first cylinder"] * ("cylinder" in archive.variables)
+    note = f"Shown: {', '.join(said)}; the archive holds all. " if said else ""
+    moving = _move_machine(archive, lines, x, xs, frames)
+    return Section("Around the cycle", [moving, *figures], f"{note}Crank angle 0 is top dead centre.")
 
 
 def _move_machine(
-    archive: Archive,
-    actuations: list[str],
-    runs: dict[int, dict[float, int]],
-    angles: list[np.ndarray],
-    lines: list[CycleLine],
-    frames: Frames,
-) -> list[Moving]:
+    archive: Archive, lines: dict[str, CycleLine], x: Axis, xs: list[np.ndarray], frames: Frames
+) -> Moving:
     """Let the machine move by the cycles of one actuation: the EPV with corrected timing, else the first of them."""
-    number = next((number for number in runs if actuations[number] == "epv corrected"), next(iter(runs)))
-    line = lines[list(runs).index(number)]
+    name = "epv corrected" if "epv corrected" in lines else next(iter(lines))
     machine = read_machine(archive)
-    intake = INTAKES.index(actuations[number].removesuffix(" corrected"))
+    intake = INTAKES.index(name.removesuffix(" corrected"))
     machine = machine._replace(engine=machine.engine._replace(intake=intake))
-    title = f"Engine and valve to scale: {line.label}"
+    title = f"Engine and valve to scale: {lines[name].label}"
     note = "Pressures by their colour. Play, or move the slider: the cursors of the figures below move along"
-    x = Axis("crank angle", "deg")
-    return [Moving(title, machine, x, angles, line.traces, note=note, frames=frames)]
+    return Moving(title, machine, x, xs, lines[name].traces, note=note, frames=frames)
 
 
 def _trace_of(archive: Archive, name: str, run: int, actuation: str) -> np.ndarray:
