@@ -73,9 +73,15 @@ def test_points_of_a_loop_are_found_by_distance(chromium, pages):
             y = number_of("".join(figure.locator(".legend b").all_inner_texts()))
             away = np.abs(volume * 1e6 / x - 1.0) + np.abs(pressure * 1e-6 / y - 1.0)
             assert away.min() < 2e-4
-        at = dot.bounding_box()
-        page.mouse.move(at["x"] + 5, at["y"] + 5)
-        assert dot.get_attribute("visibility") == "visible"
+        page.keyboard.press("Home")
+        page.keyboard.press("Shift+ArrowRight")
+        there = dot.bounding_box()
+        page.keyboard.press("End")
+        assert dot.bounding_box() != there
+        middle = [there[side] + 0.5 * there[size] for side, size in (("x", "width"), ("y", "height"))]
+        page.mouse.move(*middle)
+        now = dot.bounding_box()
+        assert abs(now["x"] - there["x"]) < 3.0 and abs(now["y"] - there["y"]) < 3.0
 
 
 def test_a_map_says_its_cells_under_pointer_and_keys(chromium, pages):
