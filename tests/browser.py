@@ -11,9 +11,9 @@ NAMES = "chromium", "chromium-browser", "google-chrome"
 ARGUMENTS = "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def chromium():
-    """The browser, one for all tests of a process."""
+    """The browser, one for the tests of a file: while it runs, no other event loop can in its thread."""
     program = next(filter(None, map(shutil.which, NAMES)), None)
     if program is None:
         pytest.skip(f"no browser: none of {', '.join(NAMES)} is installed")

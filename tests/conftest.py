@@ -15,6 +15,8 @@ from apesim.studies.terminal.console import main_of
 from tests.folders import TESTS
 from tests.plain import LONG, QUICK
 
+pytest_plugins = ["tests.browser"]
+"""Modules of fixtures: one browser, as Playwright starts no second one beside it."""
 STUDIES = TESTS / "studies"
 """Tests of what uses the physics; some have the names of tests of the physics."""
 

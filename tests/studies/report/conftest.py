@@ -1,4 +1,4 @@
-"""Results whose pages are tested, computed once, and the browser."""
+"""Results whose pages are tested, computed once."""
 
 from functools import cache
 
@@ -7,7 +7,6 @@ import pytest
 import apesim
 from apesim.engine.machine import Machine
 from apesim.studies.report.page import render_page
-from tests.browser import chromium  # noqa: F401
 
 STUDIES = {
     "sweep": lambda: apesim.sweep(Machine(), "600, 1000, 1400 rpm"),
