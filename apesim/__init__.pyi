@@ -16,6 +16,7 @@ from .studies.archives.joining import merge_archives as merge_archives
 from .studies.assessment.comparison import assess_valve as assess_valve
 from .studies.design.machine_design import design_machine as design_machine
 from .studies.discharge.effective_area import evaluate_discharge as evaluate_discharge
+from .studies.explore.live_page import explore as explore
 from .studies.fmu.export import export_fmu as export_fmu
 from .studies.gap.design.isolability import find_isolability as find_isolability
 from .studies.gap.search.library import list_effects as list_effects

@@ -1,7 +1,7 @@
 """The commands of apesim, one file each: its options, the one call, and what is printed, drawn or written.
 
 One file or folder each, by its first word: new, machine, valve, engine, measured, gap, fmu, archive, report,
-paper, doctor.
+explore, paper, doctor.
 
 options (that commands share) and cli (the whole command line) stand beside them.
 

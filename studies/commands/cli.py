@@ -13,6 +13,7 @@ from apesim.cache import CacheWarning, remove_temporary_folders
 from apesim.studies.commands.archive import archive
 from apesim.studies.commands.doctor import check_installation
 from apesim.studies.commands.engine import engine
+from apesim.studies.commands.explore import explore_machine
 from apesim.studies.commands.fmu import fmu
 from apesim.studies.commands.gap import gap
 from apesim.studies.commands.machine import print_machine
@@ -38,6 +39,7 @@ app.add_typer(measured, name="measured")
 register(app, "new", make_machine_file)
 register(app, "machine", print_machine)
 register(app, "report", write_report)
+register(app, "explore", explore_machine)
 register(app, "paper", repeat_paper)
 register(app, "doctor", check_installation)
 

@@ -1,0 +1,141 @@
+"""The live page as a public function: it listens on this computer until it is interrupted."""
+
+import socket
+from collections.abc import Callable
+from os import PathLike
+from typing import Any
+
+from apesim.engine.angles import TURN
+from apesim.engine.machine import Machine
+from apesim.quantities import Fault, InputError, Quantity
+from apesim.quantities.arguments import WithUnit
+from apesim.studies.execution.calls import arguments_of, public
+from apesim.studies.explore.loopback import HOST, for_own_pages
+from apesim.studies.run.operating_conditions import SPEED
+
+PORT = Quantity("", 1, 65535, "a call", whole=True, typical="8765")
+"""What a port has to be."""
+EXTRA = "explore"
+"""Extra of the package that brings what serves the page."""
+GRACE = 1
+"""Time for which an answer on its way is waited for at the end [s]."""
+MAX_MESSAGE = 65536
+"""Most bytes of a message of the page, twice what all sliders take."""
+
+
+@public
+def explore(
+    machine: Machine | None = None,
+    speed: WithUnit = "1000 rpm",
+    *,
+    port: int | None = None,
+    browser: bool = True,
+    measured: str | PathLike[str] | None = None,
+    ready: Callable[[str], object] | None = None,
+) -> None:
+    """Serve a live page of a machine on this computer: sliders, and the engine that is run again while they move.
+
+    It returns when it is interrupted. Only this computer can open the page. It needs the extra ``explore`` of the
+    package.
+
+    Parameters
+    ----------
+    machine : Machine, optional
+        Machine to begin with; the default one if left out.
+    speed : str or (float, str)
+        Speed of the crankshaft to begin with, with its unit.
+    port : int, optional
+        Port to listen at; a free one if left out.
+    browser : bool
+        Open the page in a browser.
+    measured : path, optional
+        Folder with measured runs of an engine, which are laid over the curves.
+    ready : function, optional
+        Called with the page's address once it listens.
+
+    Raises
+    ------
+    InputError
+        An argument cannot be taken, the port is in use, or the extra is not installed.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> apesim.explore(apesim.Machine(), speed="1500 rpm")  # doctest: +SKIP
+    """
+    arguments, machine = arguments_of("explore", Machine() if machine is None else machine)
+    omega = arguments.quantity("speed", speed, SPEED)
+    number = arguments.quantity("port", port, PORT)
+    arguments.refuse()
+    uvicorn = _require_extra()
+    from apesim.studies.explore.app import Page, make_app
+    from apesim.studies.explore.measured_points import overlays_of
+    from apesim.studies.measured import read_measured
+
+    overlays = [] if measured is None else overlays_of(read_measured(measured))
+    page = Page(machine, omega / TURN * 60.0, overlays)
+    with _listen(int(number or 0)) as listener:
+        own_port = listener.getsockname()[1]
+        address = f"http://{HOST}:{own_port}/"
+        config = uvicorn.Config(
+            for_own_pages(make_app(page), own_port),
+            log_level="error",
+            lifespan="off",
+            ws_max_size=MAX_MESSAGE,
+            ws_per_message_deflate=False,
+            timeout_graceful_shutdown=GRACE,
+            server_header=False,
+        )
+        server = _announcing(uvicorn.Server)(config)
+        server.announce = lambda: _tell(address, browser, ready)
+        server.run(sockets=[listener])
+
+
+def _tell(address: str, browser: bool, ready: Callable[[str], object] | None) -> None:
+    """Tell who waits that the page can be opened, and open it."""
+    if ready is not None:
+        ready(address)
+    if browser:
+        import webbrowser
+
+        webbrowser.open(address)
+
+
+def _announcing(server: Any) -> Any:
+    """Class of a server that calls its attribute ``announce`` once it listens."""
+
+    class Announcing(server):  # type: ignore[misc]
+        announce: Callable[[], object] = staticmethod(lambda: None)
+
+        async def startup(self, *arguments: Any, **options: Any) -> None:
+            await super().startup(*arguments, **options)
+            if self.started:
+                self.announce()
+
+    return Announcing
+
+
+def _listen(port: int) -> socket.socket:
+    """Listen at a port of this computer alone; at a free one where it is 0."""
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((HOST, port))
+    except OSError as error:
+        listener.close()
+        wrong = f"{port} cannot be listened at: {(error.strerror or str(error)).lower()}"
+        raise InputError([Fault("explore()", "port", wrong, "give another one, or leave it out")]) from None
+    return listener
+
+
+def _require_extra() -> Any:
+    """Import the server of the page; raises InputError that names the extra where it is missing."""
+    try:
+        import starlette  # noqa: F401
+        import uvicorn
+        import websockets  # noqa: F401
+    except ImportError as error:
+        wrong = f"needs the package {error.name}, which is not installed"
+        right = f'python -m pip install "apesim[{EXTRA}]"'
+        raise InputError([Fault("explore()", "", wrong, right)]) from None
+    return uvicorn
