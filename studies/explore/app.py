@@ -16,12 +16,11 @@ from apesim.engine.cylinder import INTAKES
 from apesim.engine.drivetrain.preparing import machines_of
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
-from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.explore.commands import FILE, command_of
 from apesim.studies.explore.frames import encode_text
 from apesim.studies.explore.live_point import ANGLES
 from apesim.studies.explore.requests import Request, as_faults, parse_request, read_request
-from apesim.studies.explore.session import Session, highest_pressure
+from apesim.studies.explore.session import Session, highest_pressure, run_in_thread
 from apesim.studies.explore.sliders import effect_sliders, sliders_of
 from apesim.studies.report.assets import read_asset
 
@@ -113,7 +112,7 @@ def make_app(page: Page) -> Starlette:
         asked = await _read_body(page.machine, request)
         if isinstance(asked, Response):
             return asked
-        text = await _in_thread(asked.machine.to_toml)
+        text = await run_in_thread(asked.machine.to_toml)
         name = {"Content-Disposition": f'attachment; filename="{FILE}"'}
         return Response(text, media_type="application/toml; charset=utf-8", headers=HEADERS | name)
 
@@ -147,13 +146,6 @@ async def _read_body(base: Machine, request: HttpRequest) -> Request | Response:
         return read_request(base, asked)
     except InputError as error:
         return _json({"faults": as_faults(error)}, status=422)
-
-
-async def _in_thread(function: Any, *arguments: Any) -> Any:
-    """Call a function in another thread: the page stays live meanwhile."""
-    import asyncio
-
-    return await asyncio.wrap_future(call_in_thread(function, *arguments))
 
 
 def _json(data: Any, status: int = 200) -> Response:

@@ -2,8 +2,9 @@
 
 import socket
 from collections.abc import Callable
+from importlib import import_module
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from apesim.engine.angles import TURN
 from apesim.engine.machine import Machine
@@ -13,10 +14,13 @@ from apesim.studies.execution.calls import arguments_of, public
 from apesim.studies.explore.loopback import HOST, for_own_pages
 from apesim.studies.run.operating_conditions import SPEED
 
+if TYPE_CHECKING:
+    from apesim.studies.explore.app import Page
+
 PORT = Quantity("", 1, 65535, "a call", whole=True, typical="8765")
 """What a port has to be."""
-EXTRA = "explore"
-"""Extra of the package that brings what serves the page."""
+EXTRA, PACKAGES = "explore", ("starlette", "uvicorn", "websockets")
+"""Extra of the package that brings what serves the page, and what that is."""
 GRACE = 1
 """Time for which an answer on its way is waited for at the end [s]."""
 MAX_MESSAGE = 65536
@@ -67,27 +71,15 @@ def explore(
     omega = arguments.quantity("speed", speed, SPEED)
     number = arguments.quantity("port", port, PORT)
     arguments.refuse()
-    uvicorn = _require_extra()
-    from apesim.studies.explore.app import Page, make_app
+    require_extra()
+    from apesim.studies.explore.app import Page
     from apesim.studies.explore.measured_points import overlays_of
     from apesim.studies.measured import read_measured
 
-    overlays = [] if measured is None else overlays_of(read_measured(measured))
-    page = Page(machine, omega / TURN * 60.0, overlays)
-    with _listen(int(number or 0)) as listener:
-        own_port = listener.getsockname()[1]
-        address = f"http://{HOST}:{own_port}/"
-        config = uvicorn.Config(
-            for_own_pages(make_app(page), own_port),
-            log_level="error",
-            lifespan="off",
-            ws_max_size=MAX_MESSAGE,
-            ws_per_message_deflate=False,
-            timeout_graceful_shutdown=GRACE,
-            server_header=False,
-        )
-        server = _announcing(uvicorn.Server)(config)
-        server.announce = lambda: _tell(address, browser, ready)
+    overlays = [] if measured is None else overlays_of(read_measured(measured, machine.ambient.pressure))
+    with listen(int(number or 0)) as listener:
+        server = make_server(Page(machine, omega / TURN * 60.0, overlays), listener)
+        server.announce = lambda address: _tell(address, browser, ready)
         server.run(sockets=[listener])
 
 
@@ -101,21 +93,35 @@ def _tell(address: str, browser: bool, ready: Callable[[str], object] | None) ->
         webbrowser.open(address)
 
 
-def _announcing(server: Any) -> Any:
-    """Class of a server that calls its attribute ``announce`` once it listens."""
+def make_server(page: "Page", listener: socket.socket) -> Any:
+    """Make the server of a page; its attribute ``announce`` is called with the address once it listens."""
+    import uvicorn
 
-    class Announcing(server):  # type: ignore[misc]
-        announce: Callable[[], object] = staticmethod(lambda: None)
+    from apesim.studies.explore.app import make_app
 
-        async def startup(self, *arguments: Any, **options: Any) -> None:
-            await super().startup(*arguments, **options)
+    port = listener.getsockname()[1]
+    config = uvicorn.Config(
+        for_own_pages(make_app(page), port),
+        log_level="error",
+        lifespan="off",
+        ws_max_size=MAX_MESSAGE,
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=GRACE,
+        server_header=False,
+    )
+
+    class Server(uvicorn.Server):
+        announce: Callable[[str], object] = print
+
+        async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+            await super().startup(sockets)
             if self.started:
-                self.announce()
+                self.announce(f"http://{HOST}:{port}/")
 
-    return Announcing
+    return Server(config)
 
 
-def _listen(port: int) -> socket.socket:
+def listen(port: int) -> socket.socket:
     """Listen at a port of this computer alone; at a free one where it is 0."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
@@ -128,14 +134,12 @@ def _listen(port: int) -> socket.socket:
     return listener
 
 
-def _require_extra() -> Any:
-    """Import the server of the page; raises InputError that names the extra where it is missing."""
+def require_extra() -> None:
+    """Refuse to serve a page where a package of the extra is missing: raises InputError, which names the extra."""
     try:
-        import starlette  # noqa: F401
-        import uvicorn
-        import websockets  # noqa: F401
+        for name in PACKAGES:
+            import_module(name)
     except ImportError as error:
         wrong = f"needs the package {error.name}, which is not installed"
         right = f'python -m pip install "apesim[{EXTRA}]"'
         raise InputError([Fault("explore()", "", wrong, right)]) from None
-    return uvicorn

@@ -6,12 +6,12 @@ Each answer bears the number of its request. Once no other has come for `REST`, 
 import asyncio
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.execution.own_thread import call_in_thread
-from apesim.studies.explore.frames import encode_frame, encode_text
+from apesim.studies.explore.frames import encode_frame
 from apesim.studies.explore.live_point import LivePoint, States, march_kind, run_live
 from apesim.studies.explore.requests import Request, as_faults, parse_request, read_request
 from apesim.studies.report.motion import Snapshot, motion_geometry, render_motion, shapes_of
@@ -25,6 +25,8 @@ FIRST_MARCH = (
     "getting ready: a march of this kind is compiled once for your processor, which takes up to a minute; "
     "after that it is there at once"
 )
+P = ParamSpec("P")
+R = TypeVar("R")
 Send = Callable[[bytes], Awaitable[None]]
 """Sends a frame to the page."""
 
@@ -122,8 +124,7 @@ class Session:
         kind = march_kind(request.machine)
         if kind not in self.kinds:
             await send(encode_frame({"kind": "compiling", "number": request.number, "text": FIRST_MARCH}, {}))
-        future = call_in_thread(self.run, request, is_exact=is_exact)
-        answer = await asyncio.wrap_future(future)
+        answer = await run_in_thread(self.run, request, is_exact=is_exact)
         self.kinds.add(kind)
         await send(answer.encode())
 
@@ -172,6 +173,9 @@ async def _keep_newest(texts: AsyncIterator[str], newest: Newest) -> None:
         newest.put(text)
 
 
-def encode_note(data: Mapping[str, Any]) -> bytes:
-    """Write a note without curves as JSON."""
-    return encode_text(data)
+async def run_in_thread(function: Callable[P, R], *arguments: P.args, **options: P.kwargs) -> R:
+    """Call a function in another thread, so that requests are heard meanwhile.
+
+    Who waits may be cancelled, as the page goes away; the call is not: its thread has to come to the end of it.
+    """
+    return await asyncio.shield(asyncio.wrap_future(call_in_thread(function, *arguments, **options)))

@@ -13,7 +13,7 @@ SPEED_KEY = "speed"
 """Name of the speed among the sliders: it is no key of a machine."""
 LOWEST_SPEED, HIGHEST_SPEED = 300.0, 2400.0
 """Ends of the speed's slider [r/min], as the sweep has them by default."""
-SPANS = {"deg": 60.0, "K": 60.0}
+SPANS = {"deg": 90.0, "K": 60.0}
 """Numbers by which angles [deg] and temperatures [K] move to each side."""
 FACTOR, PRESSURE_FACTOR = 2.0, 4.0
 """Factors by which any other number moves up and down; a gauge pressure moves down farther."""
