@@ -102,6 +102,8 @@ def _returned(name: str) -> str:
     found = typing.get_type_hints(getattr(apesim, name))["return"]
     if getattr(found, "__module__", "").startswith("apesim"):
         return f"{{py:class}}`~{found.__module__}.{found.__qualname__}`"
+    if found is type(None):
+        return "nothing"
     return "paths of the files"
 
 

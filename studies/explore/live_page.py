@@ -104,6 +104,7 @@ def make_server(page: "Page", listener: socket.socket) -> Any:
         for_own_pages(make_app(page), port),
         log_level="error",
         lifespan="off",
+        ws="websockets-sansio",  # the other implementation stands on what websockets gives up
         ws_max_size=MAX_MESSAGE,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=GRACE,

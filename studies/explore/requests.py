@@ -41,9 +41,12 @@ def parse_request(text: str) -> Asked | None:
         data = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    number, values = (data.get(name) for name in ("number", "values")) if isinstance(data, dict) else (None, None)
-    is_whole = isinstance(number, int) and not isinstance(number, bool) and number >= 0
-    if not is_whole or not isinstance(values, dict) or len(values) > MAX_VALUES:
+    if not isinstance(data, dict):
+        return None
+    number, values = data.get("number"), data.get("values")
+    if not isinstance(number, int) or isinstance(number, bool) or number < 0:
+        return None
+    if not isinstance(values, dict) or len(values) > MAX_VALUES:
         return None
     return Asked(number, values)
 

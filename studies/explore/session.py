@@ -8,6 +8,7 @@ import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
+from apesim.engine.indicators import is_adiabatic
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.execution.own_thread import call_in_thread
@@ -142,6 +143,7 @@ class Session:
             "own": own.numbers,
             "ideal": ideal.numbers,
             "warnings": own.warnings,
+            "is_adiabatic": is_adiabatic(machine),
             "conditions": supply_conditions(machine)["supply"],
             "picture": self._picture(machine, own, is_new=not own.curves),
             "server_ms": 1e3 * (time.perf_counter() - begin),

@@ -45,11 +45,15 @@ TURNING = [
     (apesim.run_transient, "angle"),
     (apesim.run_transient, "from_speed"),
     (apesim.design_machine, "rated_speed"),
+    (apesim.explore, "speed"),
 ]
 """Arguments that are speeds or angles."""
 SPEEDS = "speed", "until", "from_speed", "rated_speed"
 """Names of those that are speeds."""
-SINGLE = apesim.run_engine, apesim.start_engine, apesim.run_transient, apesim.design_machine, apesim.export_fmu
+SINGLE = (
+    *(apesim.run_engine, apesim.start_engine, apesim.run_transient, apesim.design_machine),
+    *(apesim.explore, apesim.export_fmu),
+)
 """Functions that take one value of each."""
 BARE = [600, 600.0, np.float64(600.0), np.float32(600), np.int64(600), np.array(600), Fraction(600)]
 BARE_LISTS = [[600, 1000], (600.0, 1000.0), np.arange(600, 1801, 200), [np.float64(60.0)], range(9), ["60 deg", 70]]

@@ -8,13 +8,14 @@ const apesimExplore = (() => {
   const RECONNECT_MS = 1000;
   const HEIGHT = 230;  // of a chart [px]
   const COLOURS = { own: { colour: 0, dash: 0, marker: null }, ideal: { colour: 2, dash: 1, marker: null } };
+  const EXHAUST = "exhaust air";
   const FACTS = [
     ["brake_torque_Nm", "brake torque", 1, "N m", 2], ["brake_power_W", "brake power", 1e-3, "kW", 2],
     ["air_L_per_min_ANR", "all air, ANR", 1, "L/min", 0], ["specific_air_kg_per_kWh", "air over brake work", 1, "kg/kWh", 1],
     ["exergy_efficiency", "exergy efficiency", 100, "%", 1], ["valve_open_deg", "opens at", 1, "°", 1],
     ["valve_close_deg", "closes at", 1, "°", 1], ["peak_lift_m", "peak lift", MILLI, "mm", 2],
     ["opening_seating_speed_m_s", "seating speed, opening", 1, "m/s", 2], ["closing_seating_speed_m_s", "seating speed, closing", 1, "m/s", 2],
-    ["peak_cylinder_pressure_Pa", "peak pressure, abs", 1 / MEGA, "MPa", 3], ["exhaust_temperature_K", "exhaust, adiabatic", 1, "K", 0],
+    ["peak_cylinder_pressure_Pa", "peak pressure, abs", 1 / MEGA, "MPa", 3], ["exhaust_temperature_K", EXHAUST, 1, "K", 0],
   ];
   const $ = (id) => document.getElementById(id);
   const values = new Map();  // texts by key, of what was moved
@@ -104,6 +105,7 @@ const apesimExplore = (() => {
     warn(header.warnings);
     $("conditions").textContent = `${rows.get("speed").entry.value} r/min, supply ${header.conditions}`;
     showFacts(header.own, header.ideal);
+    facts.at(-1)[2].textContent = header.is_adiabatic ? `${EXHAUST}, adiabatic` : EXHAUST;
     const hasCurves = curves.lift !== undefined;
     if (hasCurves) showCurves(curves);
     if (header.picture) mountPicture(header.picture, curves);
@@ -132,9 +134,10 @@ const apesimExplore = (() => {
     facts = FACTS.map(([, label, , unit]) => {
       const item = make("li"), value = make("b", {}, "–"), ideal = make("span", { class: "ideal" }, "\u00a0");
       value.append(make("small", {}, ` ${unit}`));
-      item.append(make("span", {}, label), value, ideal);
+      const name = make("span", {}, label);
+      item.append(name, value, ideal);
       $("facts").append(item);
-      return [value, ideal];
+      return [value, ideal, name];
     });
   }
 
@@ -444,20 +447,6 @@ const apesimExplore = (() => {
     }
   }
 
-  async function report() {
-    const button = $("report"), page = open("", "_blank");
-    button.disabled = true;
-    try {
-      const answer = await post("/report");
-      if (!answer) return page?.close();
-      const address = URL.createObjectURL(await answer.blob());
-      if (page) page.location = address;
-      else location = address;
-    } finally {
-      button.disabled = false;
-    }
-  }
-
   function flash(id, text) {
     const button = $(id), before = button.dataset.text ??= button.textContent;
     button.textContent = text;
@@ -475,7 +464,7 @@ const apesimExplore = (() => {
     buildSliders();
     $("shown").textContent = start.shown;
     $("shown").hidden = !start.shown;
-    for (const [id, action] of Object.entries({ save, copy, report, reset })) $(id).addEventListener("click", action);
+    for (const [id, action] of Object.entries({ save, copy, reset })) $(id).addEventListener("click", action);
     const given = [...new URLSearchParams(location.hash.slice(1))];
     if (given.length) putAll(given);
     const head = document.querySelector(".top");
