@@ -10,7 +10,7 @@ from apesim.quantities import Fault, InputError
 from apesim.studies.explore.live_point import FIRST_ANGLE
 from apesim.studies.measured.runs import Bench, Measured, MeasuredRun
 
-MAX_POINTS = 180
+MAX_POINTS = 90
 """Most points of a curve: more hide the line below them."""
 OVERLAID = "lift", "pressure_a", "pressure_b", "cylinder_pressure", "receiver_pressure"
 """Channels that have a curve on the page."""
