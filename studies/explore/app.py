@@ -19,6 +19,7 @@ from apesim.quantities import InputError
 from apesim.studies.explore.commands import FILE, command_of
 from apesim.studies.explore.frames import encode_text
 from apesim.studies.explore.live_point import ANGLES
+from apesim.studies.explore.reports import Reports, write_report_of
 from apesim.studies.explore.requests import Request, as_faults, parse_request, read_request
 from apesim.studies.explore.session import Session, highest_pressure, run_in_thread
 from apesim.studies.explore.sliders import effect_sliders, sliders_of
@@ -46,6 +47,11 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 """Headers of all answers: the page loads nothing from elsewhere, and is shown in no other."""
+REPORT_HEADERS = HEADERS | {
+    "Content-Security-Policy": "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src data:; form-action 'none'; base-uri 'none'; frame-ancestors 'none'",
+}
+"""Headers of a report, which stands alone: its scripts and styles are in it."""
 MAX_BODY = 65536
 """Most bytes of a request, twice what all sliders take."""
 
@@ -122,11 +128,27 @@ def make_app(page: Page) -> Starlette:
             return asked
         return _json({"command": command_of(asked.machine, asked.speed_text)})
 
+    async def report(request: HttpRequest) -> Response:
+        asked = await _read_body(page.machine, request)
+        if isinstance(asked, Response):
+            return asked
+        name = reports.keep(await run_in_thread(write_report_of, asked))
+        return _json({"address": f"/report/{name}"})
+
+    async def show_report(request: HttpRequest) -> Response:
+        text = reports.find(request.path_params["name"])
+        if text is None:
+            return Response("this report is no longer kept\n", status_code=404, headers=HEADERS)
+        return Response(text, media_type="text/html; charset=utf-8", headers=REPORT_HEADERS)
+
+    reports = Reports()
     routes: list[Any] = [Route(path, asset) for path in ASSETS]
     routes += [
         Route("/start.json", start),
         Route("/machine.toml", save, methods=["POST"]),
         Route("/command", command, methods=["POST"]),
+        Route("/report", report, methods=["POST"]),
+        Route("/report/{name}", show_report),
         WebSocketRoute("/session", session),
     ]
     return Starlette(routes=routes)

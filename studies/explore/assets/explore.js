@@ -447,6 +447,21 @@ const apesimExplore = (() => {
     }
   }
 
+  // A tab is opened at once, as browsers allow it on a click alone; the report comes into it when it is there.
+  async function report() {
+    const button = $("report"), text = button.textContent, tab = open("about:blank", "_blank");
+    [button.disabled, button.textContent] = [true, "Writing …"];
+    try {
+      const answer = await post("/report");
+      if (!answer) return tab?.close();
+      const { address } = await answer.json();
+      if (tab) tab.location = address;
+      else location.assign(address);
+    } finally {
+      [button.disabled, button.textContent] = [false, text];
+    }
+  }
+
   function flash(id, text) {
     const button = $(id), before = button.dataset.text ??= button.textContent;
     button.textContent = text;
@@ -464,7 +479,7 @@ const apesimExplore = (() => {
     buildSliders();
     $("shown").textContent = start.shown;
     $("shown").hidden = !start.shown;
-    for (const [id, action] of Object.entries({ save, copy, reset })) $(id).addEventListener("click", action);
+    for (const [id, action] of Object.entries({ save, copy, report, reset })) $(id).addEventListener("click", action);
     const given = [...new URLSearchParams(location.hash.slice(1))];
     if (given.length) putAll(given);
     const head = document.querySelector(".top");

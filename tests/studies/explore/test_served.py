@@ -137,3 +137,14 @@ def test_a_body_that_cannot_be_is_told(client, body, status):
     told, _, text = client.post("/machine.toml", body)
     assert told == status
     assert status != 422 or {fault["key"] for fault in json.loads(text)["faults"]} >= {"engine.bore"}
+
+
+def test_a_report_is_opened_under_a_name_that_nobody_guesses(client):
+    status, _, text = client.post("/report")
+    assert status == OK
+    name = json.loads(text)["address"]
+    status, headers, page = client.ask(name)
+    assert status == OK and page.startswith("<!doctype html>") and "90 mm" in page
+    assert "connect-src" not in headers["content-security-policy"]
+    assert client.ask("/report/other")[0] == MISSING
+    assert client.ask(name, origin="http://evil.example")[0] == FORBIDDEN
