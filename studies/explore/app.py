@@ -17,6 +17,7 @@ from apesim.engine.drivetrain.preparing import machines_of
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.explore.commands import FILE, command_of
+from apesim.studies.explore.corrections import can_correct, correct_commands
 from apesim.studies.explore.frames import encode_text
 from apesim.studies.explore.live_point import ANGLES
 from apesim.studies.explore.reports import Reports, write_report_of
@@ -52,6 +53,8 @@ REPORT_HEADERS = HEADERS | {
     "img-src data:; form-action 'none'; base-uri 'none'; frame-ancestors 'none'",
 }
 """Headers of a report, which stands alone: its scripts and styles are in it."""
+BAD_REQUEST, TOO_LARGE, UNPROCESSABLE = 400, 413, 422
+"""Statuses of HTTP for what is no request of ours, is too long, and has values that cannot be."""
 MAX_BODY = 65536
 """Most bytes of a request, twice what all sliders take."""
 
@@ -80,6 +83,7 @@ class Page:
             "angles": ANGLES.tolist(),
             "intake": INTAKES[machine.engine.intake],
             "shown": shown,
+            "can_correct": can_correct(machine),
             "ambient": machine.ambient.pressure,
             "highest": highest_pressure(machine),
             "measured": list(self.measured),
@@ -126,7 +130,17 @@ def make_app(page: Page) -> Starlette:
         asked = await _read_body(page.machine, request)
         if isinstance(asked, Response):
             return asked
-        return _json({"command": command_of(asked.machine, asked.speed_text)})
+        text = command_of(asked.machine, asked.speed_text)
+        return _json({"command": text, "file": FILE if text.endswith(FILE) else ""})
+
+    async def correct(request: HttpRequest) -> Response:
+        asked = await _read_body(page.machine, request)
+        if isinstance(asked, Response):
+            return asked
+        try:
+            return _json({"values": await run_in_thread(correct_commands, asked)})
+        except InputError as error:
+            return _json({"faults": as_faults(error)}, status=UNPROCESSABLE)
 
     async def report(request: HttpRequest) -> Response:
         asked = await _read_body(page.machine, request)
@@ -147,6 +161,7 @@ def make_app(page: Page) -> Starlette:
         Route("/start.json", start),
         Route("/machine.toml", save, methods=["POST"]),
         Route("/command", command, methods=["POST"]),
+        Route("/timing", correct, methods=["POST"]),
         Route("/report", report, methods=["POST"]),
         Route("/report/{name}", show_report),
         WebSocketRoute("/session", session),
@@ -160,14 +175,14 @@ async def _read_body(base: Machine, request: HttpRequest) -> Request | Response:
     async for part in request.stream():
         body += part
         if len(body) > MAX_BODY:
-            return _json({"faults": []}, status=413)
+            return _json({"faults": []}, status=TOO_LARGE)
     asked = parse_request(body.decode("utf-8", "replace"))
     if asked is None:
-        return _json({"faults": []}, status=400)
+        return _json({"faults": []}, status=BAD_REQUEST)
     try:
         return read_request(base, asked)
     except InputError as error:
-        return _json({"faults": as_faults(error)}, status=422)
+        return _json({"faults": as_faults(error)}, status=UNPROCESSABLE)
 
 
 def _json(data: Any, status: int = 200) -> Response:

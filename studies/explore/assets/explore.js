@@ -339,8 +339,21 @@ const apesimExplore = (() => {
       }
       buildSlider(slider, groups.get(slider.group));
     }
+    if (start.can_correct) buildCorrection(groups.get("Timing"));
     buildEffects();
     if (start.measured.length) buildMeasured();
+  }
+
+  // The commands with which the real valve opens and closes where the ideal one does, at the speed that is shown.
+  function buildCorrection(group) {
+    const button = make("button", { type: "button", id: "correct", title: "sets energise and release" }, "Open and close as the ideal valve");
+    button.addEventListener("click", async () => {
+      button.disabled = true;
+      const answer = await post("/timing");
+      button.disabled = false;
+      if (answer) putAll(Object.entries((await answer.json()).values));
+    });
+    group.querySelector("summary").after(button);
   }
 
   function buildEffects() {
@@ -436,12 +449,13 @@ const apesimExplore = (() => {
   async function copy() {
     const answer = await post("/command");
     if (!answer) return;
-    const { command } = await answer.json(), place = $("command");
+    const { command, file } = await answer.json(), place = $("command");
+    const done = file ? `Copied: save ${file} first` : "Copied";
     place.value = command;
     place.hidden = false;
     try {
       await navigator.clipboard.writeText(command);
-      flash("copy", "Copied");
+      flash("copy", done);
     } catch {  // not allowed: the text is there to be taken
       place.select();
     }

@@ -148,3 +148,18 @@ def test_a_report_is_opened_under_a_name_that_nobody_guesses(client):
     assert "connect-src" not in headers["content-security-policy"]
     assert client.ask("/report/other")[0] == MISSING
     assert client.ask(name, origin="http://evil.example")[0] == FORBIDDEN
+
+
+def test_commands_are_corrected_to_the_angles_of_the_ideal_valve(client):
+    status, _, text = client.post("/timing")
+    assert status == OK
+    values = json.loads(text)["values"]
+    keys = {key: values[key] for key in ("command.energise", "command.release")}
+    run = apesim.run_engine(Machine().with_(engine_bore="90 mm", **keys), "1200 rpm")
+    assert (run["valve_open_deg"], run["valve_close_deg"]) == pytest.approx((-5.0, 70.0), abs=0.1)
+
+
+def test_a_timing_out_of_reach_is_told(client):
+    weak = {"number": 1, "values": {"speed": "2400 rpm", "supply.control_pressure": "0.01 MPa gauge"}}
+    status, _, text = client.post("/timing", json.dumps(weak).encode())
+    assert status == 422 and json.loads(text)["faults"][0]["right"]
