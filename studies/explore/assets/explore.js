@@ -348,9 +348,10 @@ const apesimExplore = (() => {
   function buildCorrection(group) {
     const button = make("button", { type: "button", id: "correct", title: "sets energise and release" }, "Open and close as the ideal valve");
     button.addEventListener("click", async () => {
-      button.disabled = true;
+      const text = button.textContent;
+      [button.disabled, button.textContent] = [true, "Finding the commands …"];
       const answer = await post("/timing");
-      button.disabled = false;
+      [button.disabled, button.textContent] = [false, text];
       if (answer) putAll(Object.entries((await answer.json()).values));
     });
     group.querySelector("summary").after(button);
