@@ -8,6 +8,8 @@ import numpy as np
 from apesim.effect import kind_of_march
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cycle.cylinder_laws import TRACE
+from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+from apesim.engine.cycle.state import Cycle
 from apesim.engine.cylinder import IDEAL_VALVE
 from apesim.engine.drivetrain.point import PointRun, point_of, run_point
 from apesim.engine.effects import library_of
@@ -49,8 +51,28 @@ class LivePoint(NamedTuple):
     warnings: Sequence[str]
 
 
-class States(dict[bool, tuple[tuple[Any, ...], Known]]):
-    """Periodic state that is shown, with the kind of machine that it is of; of the ideal valve under True."""
+class Shown(NamedTuple):
+    """Periodic state that is shown, from which the next one is searched."""
+
+    kind: tuple[Any, ...]
+    """Kind of machine that it is of, see `march_kind`."""
+    known: Known
+    at_rest: np.ndarray
+    """State of that machine at rest, charged, (SIZE,)."""
+
+    def moved_to(self, p: Cycle) -> Known:
+        """Move it to another machine of its kind: the air is more or less as it would be at rest.
+
+        Where a volume or the supply has changed, masses and energies of the air change with it.
+        """
+        at_rest, _ = charged_at_rest(p)
+        is_held = self.at_rest != 0.0
+        shares = np.divide(at_rest, self.at_rest, out=np.ones_like(at_rest), where=is_held)
+        return self.known._replace(y=self.known.y * shares)
+
+
+class States(dict[bool, Shown]):
+    """Periodic state that is shown under False, that with an ideal valve under True."""
 
 
 def run_live(machine: Machine, speed: float, states: States, *, is_exact: bool) -> tuple[LivePoint, LivePoint]:
@@ -83,16 +105,17 @@ def _run_one(machine: Machine, speed: float, states: States, *, is_exact: bool, 
     begin = machine.command.energise
     angles = begin + (ANGLES[:-1] * DEGREE - begin) % TURN
     order = np.argsort(angles)
-    kind, (shown, known) = march_kind(machine), states.get(is_ideal, ((), None))
     if is_exact:
         run = run_steady(machine, speed, angles=angles[order])
     else:
-        start = known if shown == kind else None
+        p, _, _ = cycle_of(machine, speed)
+        shown = states.get(is_ideal)
+        start = shown.moved_to(p) if shown and shown.kind == march_kind(machine) else None
         run = run_steady(
             machine, speed, angles=angles[order], start=start, estimate_error=False, max_cycles=MAX_QUICK_CYCLES
         )
     if run.orbit.known is not None:
-        states[is_ideal] = kind, run.orbit.known
+        states[is_ideal] = Shown(march_kind(machine), run.orbit.known, charged_at_rest(run.cycle)[0])
     else:
         states.pop(is_ideal, None)
     rows = np.empty_like(run.trace)
