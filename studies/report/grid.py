@@ -19,6 +19,8 @@ MAX_LINES = 8
 """Lines of one figure: more could not be told apart."""
 MAX_FRAMES = 12
 """Values among which a slider chooses."""
+MAX_TRACE_FRAMES = 5
+"""Values among which a slider of traces chooses: they make a page large."""
 MIN_MAP = 3
 """Values that both axes of a map have at least."""
 MAX_HOLES = 4
@@ -150,6 +152,7 @@ class Cubes:
     def __init__(self, archive: Archive, words: Mapping[str, str] | None = None) -> None:
         """Lay the runs of an archive out over their axes; `words` replace those of codes."""
         self.archive = archive
+        self._values: dict[str, np.ndarray] = {}
         axes, self.runs = find_run_axes(archive)
         self.run_axes = [axis._replace(texts=[(words or {}).get(text, text) for text in axis.texts]) for axis in axes]
 
@@ -168,11 +171,14 @@ class Cubes:
 
     def values_of(self, name: str) -> np.ndarray:
         """Numbers of a variable over `axes_of` it, in its shown unit; NaN where there is no run."""
+        if name in self._values:
+            return self._values[name]
         variable = self.archive.variables[name]
         factor, _ = find_shown_unit(variable.unit, variable.values)
         flat = variable.values.astype(float).reshape(len(self.archive.runs), -1) * factor
         values = np.where(self.runs.ravel()[:, None] >= 0, flat[self.runs.ravel()], np.nan)
-        return values.reshape([len(axis.values) for axis in self.axes_of(name)])
+        self._values[name] = values.reshape([len(axis.values) for axis in self.axes_of(name)])
+        return self._values[name]
 
     def unit_of(self, name: str) -> str:
         """Shown unit of a variable."""
@@ -297,7 +303,8 @@ def lay_out(axes: Sequence[GridAxis], *, as_map: bool = True) -> Layout | None:
     along = min(others, key=lambda axis: (not axis.is_category, abs(len(axis.values) - 0.5 * MAX_LINES)))
     lines, frames = list(combine([along])), list(combine([axis for axis in others if axis is not along]))
     shown_lines = [lines[k] for k in spread_out(len(lines), MAX_LINES)]
-    shown = [frames[k] for k in spread_out(len(frames), MAX_FRAMES)]
+    max_frames = MAX_TRACE_FRAMES if len(x.values) > DENSE else MAX_FRAMES
+    shown = [frames[k] for k in spread_out(len(frames), max_frames)]
     said = _tell_left_out(len(shown_lines) * len(shown), len(combinations))
     return Layout(x, None, shown_lines, shown, said)
 

@@ -3,14 +3,21 @@
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from apesim.studies.archives.archive_result import ArchiveResult
+from apesim.studies.drawing.spread import spread_out
 from apesim.studies.report.figures.curves import Curves, Line
-from apesim.studies.report.figures.labels import Axis, shorten_name
-from apesim.studies.report.grid import Cubes, combine
+from apesim.studies.report.figures.labels import ONE_FRAME, Axis, Frames, find_shown_unit, shorten_name
+from apesim.studies.report.figures.moving import Moving
+from apesim.studies.report.grid import MAX_SAMPLES, Cubes, combine
+from apesim.studies.report.machine import read_machine
 from apesim.studies.report.pages.march import list_facts
 from apesim.studies.report.pages.tables import list_runs
 from apesim.studies.report.sections import Content, Figure, Section
 
+MAX_MOVING = 6
+"""Runs whose valve moves."""
 MAX_FIGURES = 24
 """Figures of a section at most: more would not be looked at."""
 NOT_DRAWN = (
@@ -34,6 +41,8 @@ class GridPage(NamedTuple):
     """Labels of figures of `first`, by their first variables, where the names of their variables do not say it."""
     traces: Sequence[tuple[str, ...]] = ()
     """Variables over a time or an angle."""
+    is_valve: bool = False
+    """Whether its traces are those of a valve on its bench, which a picture shows in motion."""
     clouds: Sequence[tuple[str, str]] = ()
     """Pairs of variables over points of a run, one drawn over the other."""
 
@@ -53,6 +62,7 @@ def write_grid(result: ArchiveResult, page: GridPage) -> Content:
         return figures
 
     first, traces = draw(page.first), draw(page.traces)
+    moving = [_move_valve(cubes)] if page.is_valve and traces else []
     clouds = [figure for pair in page.clouds if (figure := _draw_cloud(cubes, *pair))]
     drawn.update(name for pair in page.clouds for name in pair)
     others = [(name,) for name in archive.variables if name not in drawn and _is_result(name, cubes)]
@@ -61,6 +71,7 @@ def write_grid(result: ArchiveResult, page: GridPage) -> Content:
         Section(title, figures, note, is_folded=is_folded)
         for title, figures, note, is_folded in (
             ("Results", first + clouds, "", False),
+            ("The valve in motion", moving, "", False),
             ("Traces", traces, "", False),
             (
                 "More results" if first or traces or clouds else "Results",
@@ -85,6 +96,26 @@ def write_grid(result: ArchiveResult, page: GridPage) -> Content:
         ][:6],
     )
     return Content(page.title, _summarise(result), facts, sections)
+
+
+def _move_valve(cubes: Cubes) -> Moving:
+    """Let the valve move by the traces of some runs."""
+    archive, machine = cubes.archive, read_machine(cubes.archive)
+    times = archive.variables["time"].values
+    step = max(1, -(-len(times) // MAX_SAMPLES))
+    factor, unit = find_shown_unit("s", times)
+    runs = spread_out(len(archive.runs), MAX_MOVING).tolist()
+    names = [name for name in ("lift", "pressure_a", "pressure_b") if name in archive.variables]
+    moved: list[dict[str, np.ndarray]] = [
+        {name: archive.variables[name].values[run][::step] for name in names} for run in runs
+    ]
+    for run, traces in zip(runs, moved, strict=True):
+        traces["receiver_pressure"] = np.full(len(traces["lift"]), archive.variables["supply_pressure"].values[run])
+    frames = (
+        Frames("run", tuple(cubes.name_run(run) for run in runs), (len(runs) - 1) // 2) if len(runs) > 1 else ONE_FRAME
+    )
+    x, xs = Axis("time", unit), [times[::step] * factor]
+    return Moving("The valve to scale", machine, x, xs, moved, has_engine=False, frames=frames)
 
 
 def _is_result(name: str, cubes: Cubes) -> bool:

@@ -67,6 +67,7 @@ GRID_PAGES = {
             ("closing_seating_speed_m_s",),
         ],
         traces=[("lift",), ("velocity",), ("pressure_a",), ("pressure_b",)],
+        is_valve=True,
     ),
     "valve limit": GridPage(
         "Highest working rate of the valve",

@@ -91,6 +91,13 @@ def test_entropy_is_constant_along_an_isentrope():
     assert np.ptp(entropy) < 1e-9 * 1005.0 and np.isnan(find_entropy(machine, pressure[:1], np.array([-1.0]))[0])
 
 
+def test_the_valve_of_a_map_moves_at_the_pressure_of_its_run():
+    [moving] = figures_of(content_of(found("map")), Moving)
+    archive = found("map").archive
+    assert not moving.has_engine and len(moving.frames.texts) == len(moving.traces) == 6
+    assert moving.traces[-1]["receiver_pressure"][0] == archive.variables["supply_pressure"].values[-1]
+
+
 def test_the_start_of_all_angles_shows_its_intervals():
     result = apesim.start_engine(Machine(), angle="all")
     content = content_of(result)
