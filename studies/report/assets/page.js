@@ -108,7 +108,7 @@
       let k = 0;
       while (k + 1 < xs.length && Math.abs(xs[k + 1] - x) <= Math.abs(xs[k] - x)) k++;
       isOwn = true;
-      companions(element).forEach(({ handle: other }) => other.move(k));
+      companions(element).forEach(({ handle: other }) => other.move(k, figure.line));
       isOwn = false;
     };
     const player = apesimMotion.play(handle, tracesOf(frame), onMove);

@@ -35,6 +35,8 @@ class Moving:
     traces: Sequence[Mapping[str, np.ndarray]]
     """`STATES` over them for each frame, in SI."""
     has_engine: bool = True
+    line: int = 0
+    """Number of its line in the figures beside it, whose loops mark its point."""
     note: str = ""
     frames: Frames = ONE_FRAME
 
@@ -77,6 +79,7 @@ class Moving:
             "geometry": motion_geometry(self.machine, self.highest, self.has_engine),
             "x": self.x.data | {"values": [pool.add(x) for x in self.x_values]},
             "traces": shown,
+            "line": self.line,
             "period": 360 if self.has_engine else 0,
             "still": STILL_ANGLE if self.has_engine else None,
         }

@@ -259,7 +259,8 @@ def _move_machine(
     machine = machine._replace(engine=machine.engine._replace(intake=intake))
     title = f"Engine and valve to scale: {lines[name].label}"
     note = "Pressures by their colour. Play, or move the slider: the cursors of the figures below move along"
-    return Moving(title, machine, x, xs, lines[name].traces, note=note, frames=frames)
+    line = list(lines).index(name)
+    return Moving(title, machine, x, xs, lines[name].traces, line=line, note=note, frames=frames)
 
 
 def _trace_of(archive: Archive, name: str, run: int, actuation: str) -> np.ndarray:

@@ -118,6 +118,15 @@ def test_a_slider_shows_another_frame_in_curves_and_animation(chromium, pages):
         assert np.allclose(told, 1e3 * lift[speeds == 1400.0][:, place[0]], rtol=1e-4)
         at = page.locator(".motion-at").inner_text()
         assert number_of(at.removesuffix("°")) == pytest.approx(angle % 360.0, abs=0.1)
+        page.locator(".motion-slider").focus()
+        page.keyboard.press("ArrowRight")
+        marked = figure_of(page, "p–V diagram").locator(".legend b").all_inner_texts()
+        assert [bool(text) for text in marked] == [
+            False,
+            True,
+            False,
+            False,
+        ]  # of the EPV with corrected timing, as it moves
         page.get_by_role("button", name="Play").click()
         page.wait_for_function("at => document.querySelector('.motion-at').textContent !== at", arg=at)
         assert complaints == []
