@@ -6,6 +6,7 @@ import apesim
 from apesim.engine.machine import Machine
 from apesim.studies.report.motion import Snapshot, motion_geometry, render_motion
 from tests.browser import opened
+from tests.studies.report.test_page_in_browser import CONTRAST, MIN_CONTRAST
 
 EXACT, REFUSED = "#status[data-state=exact]", "#status[data-state=bad]"
 MOVE = """([key, value]) => { const slider = document.getElementById(`slider-${key.replaceAll(".", "-")}`);
@@ -94,6 +95,30 @@ def test_the_page_fits_any_screen(chromium, address, width, scheme):
         wait_until_exact(page, 1)
         assert page.evaluate("document.documentElement.scrollWidth") == width
         assert complaints == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_stands_out_from_what_is_behind_it(chromium, address, scheme):
+    with opened(chromium, address, width=1440, scheme=scheme) as (page, _):
+        wait_until_exact(page, 1)
+        rows = page.evaluate(CONTRAST)
+    assert len(rows) > 100
+    assert [row for row in rows if row[0] < MIN_CONTRAST] == []
+
+
+def test_who_wants_no_motion_sees_one_still_after_the_other(chromium, address):
+    with opened(chromium, address) as (page, _):
+        page.emulate_media(reduced_motion="reduce")
+        wait_until_exact(page, 1)
+        button, place = page.get_by_role("button", name="Play"), page.locator(".motion-at")
+        button.click()
+        seen = {place.inner_text()}
+        for _ in range(200):
+            page.wait_for_timeout(20)
+            seen.add(place.inner_text())
+            if len(seen) == 3:
+                break
+    assert seen == {"60°", "75°", "90°"}
 
 
 def test_the_command_and_the_file_are_handed_on(chromium, address, tmp_path):
