@@ -41,6 +41,7 @@ from apesim.results import NotConverged
 from apesim.studies.fmu.flat import unflattener
 from apesim.studies.fmu.model import RENEWED, Model, Variable, supply_inputs, update_carry
 from apesim.studies.fmu.native import march
+from apesim.studies.run.operating_conditions import SPEED as SPEED_RANGE
 from apesim.valve.actuator import START
 from apesim.valve.edges import EDGES, FAR
 from apesim.valve.motion import put_at_rest
@@ -78,7 +79,7 @@ def engine_model(machine: Machine, speed: float, is_free: bool) -> Model:
     prepared = _settled(machine, speed)
     command, supply = machine.command, machine.supply
     leaves = leaves_of(type(machine))
-    shaft = Variable("speed_rad_s", "rad/s", "Speed of the shaft", speed, 0.0, 4000.0)
+    shaft = Variable("speed_rad_s", "rad/s", "Speed of the shaft", speed, 0.0, SPEED_RANGE.ends[1])
     if is_free:
         low, high = leaves["load.constant"].declaration.ends
         shaft = Variable("load_torque_Nm", "N m", "Constant part of the load", machine.load.constant, low, high)
@@ -137,6 +138,7 @@ def make_step(example: Any) -> Any:
 
     It takes and returns what that of a valve does, see `apesim.studies.fmu.valve_model.make_step`.
     """
+    # Places and lengths, which are constants of the compiled code.
     p_of_example = example[0]
     unflatten, temperatures = unflattener(example), _temperature_columns(p_of_example)
     size, count = state_size(p_of_example), len(p_of_example.numbers)
