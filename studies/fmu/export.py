@@ -2,6 +2,7 @@
 
 import hashlib
 import io
+import platform
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -32,6 +33,8 @@ MODELS = ("valve", "engine")
 """What can be exported."""
 START_SPEED = "1000 rpm"
 """Speed of an engine that is not told."""
+PROCESSORS = ("x86_64", "amd64")
+"""Names of the processors that code is compiled for, and on: what was made ready for another is of no use."""
 VERSIONS = (2, 3)
 """Versions of FMI."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -161,7 +164,7 @@ def export_fmu(
     Raises
     ------
     InputError
-        An argument is none of these, or there is no C compiler.
+        An argument is none of these, there is no C compiler, or the processor is no x86-64.
     NotConverged
         The engine has no periodic state at that speed.
     ArchiveError
@@ -182,6 +185,8 @@ def export_fmu(
         arguments.fault("fmi", f"{quoted(fmi)} is no version of FMI", "write 2 or 3")
     arguments.refuse()
     refuse_to_replace(out, overwrite=overwrite)
+    if platform.machine().lower() not in PROCESSORS:
+        raise InputError([Fault("processor", "", "is no x86-64", "export the FMU on one that is")])
     compilers = find_compilers()
     if not compilers:
         raise InputError([Fault("C compiler", "", "is not there", "install gcc, or the package ziglang")])
@@ -200,9 +205,10 @@ def export_fmu(
     told = header(made, example, parameters, fixed, orders, token)
     name, contents = identifier_of(made), dict[str, bytes]()
     contents["modelDescription.xml"] = describe(made, parameters, fixed, fmi, token, version)
-    for platform, compiler in compilers.items():
-        folder = platform.fmi2 if fmi == 2 else platform.fmi3
-        contents[f"binaries/{folder}/{name}{platform.ending}"] = link(compiler, objects[platform.name], told, fmi)
+    folders = {each: each.fmi2 if fmi == 2 else each.fmi3 for each in compilers}
+    for each, compiler in compilers.items():
+        library = link(compiler, objects[each.name], told, fmi)
+        contents[f"binaries/{folders[each]}/{name}{each.ending}"] = library
     text = machine.to_toml()
     contents["documentation/index.html"] = page(made, parameters, fixed, text, version).encode()
     contents["resources/machine.toml"] = text.encode()
@@ -215,7 +221,7 @@ def export_fmu(
         _names(made.outputs),
         _values(parameters),
         _values(fixed),
-        tuple(platform.fmi2 if fmi == 2 else platform.fmi3 for platform in compilers),
+        tuple(folders.values()),
     )
 
 

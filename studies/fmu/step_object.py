@@ -70,7 +70,7 @@ def _shape_of(value: Any) -> Iterator[Any]:
 def _compile_elsewhere(machine: Machine, model: Model, folder: str) -> None:
     """Compile the step of a model into a folder, in a process of its own."""
     environment = os.environ | COMPILED_FOR | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    command = [sys.executable, "-m", "apesim.studies.fmu.step_object", folder]
+    command = [sys.executable, "-P", "-m", "apesim.studies.fmu.step_object", folder]
     given = pickle.dumps((machine, model.numbers_of, model.make_step))
     done = subprocess.run(command, input=given, capture_output=True, env=environment, check=False)
     if done.returncode:

@@ -123,6 +123,21 @@ def read_keys(keys):
     return {key: attrgetter(key) for key in keys}
 
 
+def test_the_supply_can_change_between_steps(library):
+    valve, higher = library.instance(supply_pressure_Pa=0.6e6), library.instance(supply_pressure_Pa=0.9e6)
+    assert valve.set("supply_pressure_Pa", 0.9e6) == 0
+    for _ in range(200):
+        assert valve.step(1e-3) == 0
+    assert valve.get("pressure_a_Pa") == pytest.approx(0.9e6, rel=1e-6)
+    assert valve.get("control_air_kg") > 0.0
+
+    # What is in chamber A is warmer than from rest, as it was filled at once: the lift comes near, and no more.
+    lifts = [np.array(each.lifts(PULSE, END, STEP)) for each in (valve, higher)]
+    assert 0.0 < abs(lifts[0] - lifts[1]).max() < 0.2 * STROKE
+    valve.free()
+    higher.free()
+
+
 def test_two_at_once_know_nothing_of_each_other(library):
     alone = library.instance()
     expected = alone.lifts(PULSE, END, STEP)
