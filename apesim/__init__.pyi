@@ -34,6 +34,7 @@ from .studies.run.engine_ensemble import run_many as run_many
 from .studies.run.engine_run import run_engine as run_engine
 from .studies.run.valve_run import run_valve as run_valve
 from .studies.soft_landing.study import find_soft_landing as find_soft_landing
+from .studies.stepping.stepper import Stepper as Stepper
 from .studies.sweep.study import sweep as sweep
 from .studies.timing.correction import correct_timing as correct_timing
 from .studies.transient.start import start_engine as start_engine

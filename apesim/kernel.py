@@ -348,6 +348,37 @@ def entry(function: Callable[..., Any]) -> Any:
     return compiled
 
 
+def compiled_for(compiled: Any, *arguments: Any) -> Callable[..., Any]:
+    """Return what an entry was compiled to for arguments of these types, to be called with no other ones.
+
+    Looking at the types of its arguments, a machine's among them, takes an entry longer than a march of a tenth of a
+    millisecond does. What is returned does not look.
+
+    Parameters
+    ----------
+    compiled : numba dispatcher
+        Entry, see `entry`; compiled, or taken from the cache, where it is not so already.
+    *arguments
+        Arguments, for their types; the entry is not called.
+
+    Returns
+    -------
+    function
+        Compiled function; the plain one where compilation is switched off.
+
+    Examples
+    --------
+    >>> @entry
+    ... def third(x):
+    ...     return x / 3.0
+    >>> compiled_for(third, 1.0)(6.0)
+    2.0
+    """
+    if config.DISABLE_JIT:
+        return compiled  # type: ignore[no-any-return]  # the function itself
+    return compiled.compile(tuple(map(numba.typeof, arguments)))  # type: ignore[no-any-return]  # numba has no types
+
+
 def kept_kinds(compiled: Any) -> set[str]:
     """Return the kinds of march that the cache holds of an entry, ready to be loaded.
 

@@ -139,23 +139,11 @@ class Control:
         commands = self.controller(readings_of(p, end))
         if commands is None:
             return p, tables
-        if fault := next(self._faults_of(commands), None):
-            raise InputError([Fault("run_transient()", "controller", *fault)])
-
-        # A schedule keeps its speeds: where a map holds, a command replaces the angles of all of them.
-        schedules = [rows.copy() for rows in self.schedules]
-        for column, angles in enumerate((commands.energise_deg, commands.release_deg), 1):
-            if angles is not None:
-                for rows, angle in zip(schedules, self._each(angles), strict=True):
-                    rows[:, column] = angle * DEGREE
-        for i, rows in enumerate(schedules):
-            durations = rows[:, 2] - rows[:, 1]
-            row = rows[durations.argmin() if durations.min() <= 0.0 else durations.argmax()]
-            if wrong := window_fault("energise_deg", "release_deg", (row[1], row[2])):
-                told = f"returned for cylinder {i + 1}: {wrong[0]}"
-                raise InputError([Fault("run_transient()", "controller", told, wrong[1])])
-        self.schedules = schedules
-        limited = [self.limited(rows) for rows in schedules]
+        if fault := next(command_faults(self.machine, self.schedules, commands), None):
+            wrong, right = fault
+            raise InputError([Fault("run_transient()", "controller", f"returned {wrong}", right)])
+        self.schedules = commanded(self.schedules, commands)
+        limited = [self.limited(rows) for rows in self.schedules]
         p = p._replace(schedules=stack_schedules(limited, len(limited)))
 
         # The pressure holds until the next one that is imposed; rows of the past are of no use.
@@ -165,34 +153,59 @@ class Control:
             tables = tables._replace(supplies=np.vstack(([row], later)))
         return p, tables
 
-    def _each(self, angles: Any) -> list[Any]:
-        """Command angles of each cylinder, from those or from one for all [deg]; none where it is neither."""
-        count = len(self.schedules)
-        if isinstance(angles, list | tuple | np.ndarray):
-            return list(angles) if len(angles) == count else []
-        return [angles] * count
 
-    def _faults_of(self, commands: Any) -> Iterator[tuple[str, str]]:
-        """What is wrong with what a controller returned, but for windows: wrong, right."""
-        if not isinstance(commands, EngineCommands):
-            yield f"returned {quoted(commands)}", "return an apesim.EngineCommands, or None to keep what holds"
-            return
-        count = len(self.schedules)
-        for name, (low, high) in ANGLES.items():
-            angles = getattr(commands, name)
-            if angles is None:
-                continue
-            right = f"give a number from {low:g} to {high:g}, or {count} of them"
-            if self.machine.engine.intake != EPV:
-                yield f"returned {name}, and the intake has no commands", f"leave {name} out"
-            elif not (each := self._each(angles)):
-                yield f"returned {name} = {quoted(angles)} for {count} cylinders", right
-            elif not all(isinstance(angle, Real) and low <= angle <= high for angle in each):  # type: ignore[operator]
-                yield f"returned {name} = {quoted(angles)}", right
-        pressure, (low, high) = commands.supply_pressure_Pa, PRESSURES
-        if pressure is not None and not (isinstance(pressure, Real) and low <= pressure <= high):
-            wrong = f"returned supply_pressure_Pa = {quoted(pressure)}"
-            yield wrong, f"give an absolute pressure from {low:g} to {high:g} Pa"
+def commanded(schedules: Sequence[np.ndarray], commands: EngineCommands) -> list[np.ndarray]:
+    """Put the command angles of a controller into schedules (k, 3); those that are None stay.
+
+    A schedule keeps its speeds: where a map holds, a command replaces the angles of all of them.
+    """
+    changed = [rows.copy() for rows in schedules]
+    for column, angles in enumerate((commands.energise_deg, commands.release_deg), 1):
+        if angles is not None:
+            for rows, angle in zip(changed, _each(angles, len(changed)), strict=True):
+                rows[:, column] = angle * DEGREE
+    return changed
+
+
+def _each(angles: Any, count: int) -> list[Any]:
+    """Command angles of each cylinder, from those or from one for all [deg]; none where it is neither."""
+    if isinstance(angles, list | tuple | np.ndarray):
+        return list(angles) if len(angles) == count else []
+    return [angles] * count
+
+
+def command_faults(machine: Machine, schedules: Sequence[np.ndarray], commands: Any) -> Iterator[tuple[str, str]]:
+    """Find what is wrong with the commands of a controller to the cylinders of these schedules: wrong, right."""
+    if not isinstance(commands, EngineCommands):
+        yield quoted(commands), "return an apesim.EngineCommands, or None to keep what holds"
+        return
+    faults = list(_range_faults(machine, len(schedules), commands))
+    yield from faults
+    if faults:
+        return
+    for i, rows in enumerate(commanded(schedules, commands)):
+        durations = rows[:, 2] - rows[:, 1]
+        row = rows[durations.argmin() if durations.min() <= 0.0 else durations.argmax()]
+        if wrong := window_fault("energise_deg", "release_deg", (row[1], row[2])):
+            yield f"for cylinder {i + 1}: {wrong[0]}", wrong[1]
+
+
+def _range_faults(machine: Machine, count: int, commands: EngineCommands) -> Iterator[tuple[str, str]]:
+    """What of the commands is no number in its range, for an intake that has none, or for other cylinders."""
+    for name, (low, high) in ANGLES.items():
+        angles = getattr(commands, name)
+        if angles is None:
+            continue
+        right = f"give a number from {low:g} to {high:g}, or {count} of them"
+        if machine.engine.intake != EPV:
+            yield f"{name}, and the intake has no commands", f"leave {name} out"
+        elif not (each := _each(angles, count)):
+            yield f"{name} = {quoted(angles)} for {count} cylinders", right
+        elif not all(isinstance(angle, Real) and low <= angle <= high for angle in each):  # type: ignore[operator]
+            yield f"{name} = {quoted(angles)}", right
+    pressure, (low, high) = commands.supply_pressure_Pa, PRESSURES
+    if pressure is not None and not (isinstance(pressure, Real) and low <= pressure <= high):
+        yield f"supply_pressure_Pa = {quoted(pressure)}", f"give an absolute pressure from {low:g} to {high:g} Pa"
 
 
 def readings_of(p: Drivetrain, end: RevolutionEnd) -> SensorReadings:

@@ -310,6 +310,12 @@ def begin_march(prepared: Prepared, times: np.ndarray | None = None) -> March:
     return March(0.0, prepared.y.copy(), prepared.mode.copy(), Status.DONE, 0, Books(prepared), times, trace)
 
 
+def longest_piece(p: Drivetrain, speed: float) -> float:
+    """Return the longest time that is marched at once at a speed [rad/s], so that there is room for its events [s]."""
+    events = 2.0 * EVENTS_A_REVOLUTION * len(p.numbers)
+    return min(LONGEST_PIECE, MAX_EVENTS / events * TURN / max(abs(speed), SLOWEST))
+
+
 def march_pieces(
     prepared: Prepared,
     begin: March,
@@ -329,9 +335,7 @@ def march_pieces(
     log = np.empty((MAX_EVENTS + 100 + 2 * len(breakpoints), LOG_HEAD + len(y)))
     accuracy = accuracy_of(p, tolerance)
     while t < duration and status == Status.DONE:
-        speed = max(abs(y[shaft_states(p) + SPEED]), SLOWEST)
-        piece = min(LONGEST_PIECE, MAX_EVENTS / (2.0 * EVENTS_A_REVOLUTION * count) * TURN / speed)
-        end = min(duration, t + piece)
+        end = min(duration, t + longest_piece(p, y[shaft_states(p) + SPEED]))
         stops = np.append(breakpoints[(breakpoints > t) & (breakpoints < end)], end)
         first = np.searchsorted(times, t, side="left" if t == 0.0 else "right")
         stop = np.searchsorted(times, end, side="right")

@@ -58,13 +58,16 @@ def public(function: Callable[P, R]) -> Callable[P, R]:
     apesim.quantities.input_errors.InputError: march(): traces: is None; write True or False
     """
     parameters = inspect.signature(function).parameters
-    kinds = {name: _kinds_of(parameter.annotation) for name, parameter in parameters.items()}
+    annotated = {name: each.annotation for name, each in parameters.items() if name != "self"}
+    kinds = {name: _kinds_of(annotation) for name, annotation in annotated.items()}
+    # A class is called by its name.
+    called = function.__qualname__.removesuffix(".__init__").rsplit(".", 1)[-1]
 
     @wraps(function)
     def checked(*arguments: P.args, **named: P.kwargs) -> R:
         given = {**dict(zip(parameters, arguments, strict=False)), **named}
         faults = [
-            Fault(f"{function.__name__}()", name, *fault)
+            Fault(f"{called}()", name, *fault)
             for name, value in given.items()
             if name in kinds
             for fault in _faults_of_type(value, kinds[name])

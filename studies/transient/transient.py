@@ -390,7 +390,7 @@ def run_transient(
         compile_drivetrain(machine)
         report = stack.enter_context(show_progress(progress, "transient"))
         begin = time.perf_counter()
-        start = _start_of(machine, at or 0.0, omega, course)
+        start = start_of(machine, at or 0.0, omega, course)
         if control:
             march = _march_controlled(start, end, times, control, report)
         else:
@@ -414,7 +414,7 @@ def _refuse_too_many(arguments: Arguments, machine: Machine, rows: float) -> Non
         arguments.fault("sample", wrong, "give a longer time, or leave it out")
 
 
-def _start_of(machine: Machine, angle: float, speed: float | None, course: Course) -> Prepared:
+def start_of(machine: Machine, angle: float, speed: float | None, course: Course) -> Prepared:
     """Prepare a drivetrain at rest at an angle [rad]; with a speed [rad/s] in its periodic state, after turns at that.
 
     What settles it is computed again by a run that is resumed: it gives the same bits.
