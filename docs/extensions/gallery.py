@@ -15,6 +15,7 @@ ORDER = [
     "what_limits_30_hz",
     "timing_map_to_header",
     "governor",
+    "closed_loop_timing",
     "soft_landing",
     "optimum",
     "real_air",

@@ -133,9 +133,31 @@ def cycles_of(result):
     return getattr(getattr(result, "orbit", None), "cycles", None)
 
 
+def valve_steps():
+    """`apesim.Stepper` of the valve, 1000 steps of 0.1 ms"""
+    stepper = find("Stepper", "apesim")(default_machine(), "valve")
+    start = stepper.snapshot()
+
+    def run():
+        stepper.restore(start)
+        for step in range(1, 1001):
+            stepper.advance(1e-4 * step, command=int(step <= 500))
+
+    return run
+
+
 CALLS = {
     each.__name__: each
-    for each in (bench_march, bench_run, public_valve, public_valves, revolution, public_engine, changed_machine)
+    for each in (
+        bench_march,
+        bench_run,
+        public_valve,
+        public_valves,
+        valve_steps,
+        revolution,
+        public_engine,
+        changed_machine,
+    )
 }
 
 
