@@ -4,6 +4,7 @@ What is printed is measured in turns; nothing here fails on a time.
 """
 
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 import apesim
 from apesim.engine.drivetrain.preparing import Course, prepare
 from apesim.engine.drivetrain.run import run_drivetrain
+from apesim.kernel import compiled_for
 from apesim.march.adaptive import LOG_HEAD, NO_CARRY, STOP, begin_carry, march
 from apesim.valve.bench import TRACE, accuracy_of, bench_of, closed_at_start, trace_bench
 from apesim.valve.edges import FAR
@@ -36,17 +38,18 @@ def valve_at_once():
 
 
 def calls_of_the_march(*, carries):
-    """Calls of the march alone, each with its own argument types looked at."""
+    """Calls of the march alone, without looking at the types of its arguments."""
     p, tables = bench_of(apesim.Machine(), [0.0, PULSE])
     (y, mode), accuracy, corners = closed_at_start(p), accuracy_of(p), tables.breakpoints(0.0, END)
     carry = begin_carry(accuracy) if carries else NO_CARRY
+    called = compiled_for(march, p, tables, 0.0, y, mode, corners, accuracy, *NO_ROWS, carry)
+    ends, far = STEP * np.arange(COUNT + 1), np.append(corners, FAR)
+    stops = [np.append(corners[(corners > t) & (corners < end)], end) for t, end in pairwise(ends)]
     begin = time.perf_counter()
-    for step in range(COUNT):
-        t, end = STEP * step, STEP * (step + 1)
-        stops = np.append(corners[(corners > t) & (corners < end)], end)
+    for t, end, own in zip(ends, ends[1:], stops, strict=False):
         if carries:
-            carry[STOP], stops = end, np.append(corners, FAR)
-        march(p, tables, t, y, mode, stops, accuracy, *NO_ROWS, carry)
+            carry[STOP] = end
+        called(p, tables, t, y, mode, far if carries else own, accuracy, *NO_ROWS, carry)
     return time.perf_counter() - begin
 
 
