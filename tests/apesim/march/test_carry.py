@@ -8,7 +8,9 @@ import pytest
 from apesim.kernel import kernel
 from apesim.march.adaptive import (
     IS_IMPLICIT,
+    LAST_ERROR,
     LOG_HEAD,
+    MIN_LAST_ERROR,
     NEXT_STEP,
     NO_CARRY,
     REACHED,
@@ -98,10 +100,11 @@ def test_however_a_march_is_split_it_is_the_same_motion(count):
 
 def test_steps_that_the_ends_of_calls_cut_short_do_not_shorten_the_next_one():
     until = np.array([1e9])
-    *_, carry, _, _ = marched(Pushed(), [0.02], until=until)
-    grown = carry[NEXT_STEP]
-    *_, carry, outcomes, _ = marched(Pushed(), [0.02, *(0.02 + 1e-4 * np.arange(1, 50))], until=until)
+    *_, carry, _, _ = marched(Pushed(rate=30.0), [0.2], 1e-11, until=until)
+    grown, error = carry[NEXT_STEP], carry[LAST_ERROR]
+    *_, carry, outcomes, _ = marched(Pushed(rate=30.0), [0.2, *(0.2 + 1e-4 * np.arange(1, 50))], 1e-11, until=until)
     assert carry[NEXT_STEP] >= grown
+    assert carry[LAST_ERROR] == error > MIN_LAST_ERROR
     assert [outcome.steps for outcome in outcomes[1:]] == [1] * 49
     assert carry[STRETCH_END] == 1e9
 
@@ -130,7 +133,7 @@ def test_copies_of_state_modes_and_what_is_carried_lead_on_to_the_same_bits():
 
 def test_the_time_that_a_march_has_reached_is_known_where_it_fails():
     p = Pushed(rate=0.0, lost=0.2)
-    _, _, carry, (outcome,), _ = marched(p, [1.0])
+    _, _, carry, (_, outcome), _ = marched(p, [0.1, 0.28])
     assert outcome.status == Status.STEP_TOO_SMALL
     assert carry[REACHED] == pytest.approx(np.sqrt(1.4) - 1.0, rel=1e-6)
     assert carry[STRETCH_END] == -np.inf
@@ -140,3 +143,4 @@ def test_a_stretch_that_has_proved_stiff_stays_so_in_the_next_call():
     *_, carry, outcomes, _ = marched(Pushed(rate=1e5), [0.1, 0.2], tolerance=1e-6)
     assert carry[IS_IMPLICIT] == 1.0
     assert outcomes[0].steps > 10 * outcomes[1].steps
+    assert outcomes[1].rejected == 0
