@@ -23,11 +23,11 @@ from apesim.studies.drawing.shapes import (
     valve_shape,
 )
 
-ENGINE_ROOM, VALVE_ROOM = (420.0, 400.0), (360.0, 360.0)
+ENGINE_ROOM, VALVE_ROOM = (420.0, 400.0), (388.0, 360.0)
 """Width and largest height of the pictures, in units of which letters are 12 high."""
 MARGIN = 14.0
 """Room that is left at the edges of a picture."""
-RULER = 108.0
+RULER = 122.0
 """Room beside the valve for the ruler of its lift, and on the other side for the control air."""
 LETTER = 14.0
 """Smallest distance of two lines of letters."""
