@@ -22,6 +22,7 @@ STYLE: dict[Any, Any] = {
     "axes.spines.right": False,
     "legend.fontsize": 8.5,
     "legend.frameon": False,
+    "legend.handlelength": 2.8,
     "lines.linewidth": 1.6,
     "axes.prop_cycle": cycler(color=[BLUE, RED, "#3a7d44", "#7a4e9c", "#e0a030", "0.3"]),
     "pdf.fonttype": 42,

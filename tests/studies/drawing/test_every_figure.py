@@ -17,7 +17,8 @@ from apesim.archive.columns import column
 from apesim.studies.discharge import Discharge, Record, Vessel
 from apesim.studies.discharge.area import AreaFit
 from apesim.studies.discharge.figures import discharge_figures
-from apesim.studies.drawing.panels import add_legend, add_title, label_axes, open_one
+from apesim.studies.drawing.files import save
+from apesim.studies.drawing.panels import add_legend, add_title, label_axes, open_one, open_row
 from apesim.studies.estimation.residuals import Block
 from apesim.studies.gap.example_bench import read_example
 from apesim.studies.gap.figures import draw_gap
@@ -297,3 +298,13 @@ def test_a_title_has_as_many_lines_as_the_width_of_its_panel_asks_for():
     axis.set(xlabel="time [s]", ylabel="lift [mm]")
     add_title(axis, "supply 0.7 MPa gauge (control air 0.9 MPa gauge), 300 K, 900 r/min, two cylinders")
     assert axis.get_title().count("\n") in (1, 2) and not faults_of(figure)
+
+
+def test_titles_fit_panels_that_a_legend_beside_them_makes_narrow(tmp_path):
+    figure, panels = open_row(2, (8.0, 3.0), sharey=True)
+    for axis in panels:
+        axis.plot([0.0, 1.0], [0.0, 1.0], label="a line with a name that needs much of the figure's width")
+        label_axes(axis, x=("time", "s"), y=("lift", "mm"), title="as long as its panel before there is a legend")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right upper")
+    save(figure, tmp_path, "figure")
+    assert not faults_of(figure)
