@@ -6,6 +6,7 @@ the class says which numbers come first, and draws where there is something to d
     from typing import ClassVar
 
     from apesim.results import Result, Scalar, Trace, scalars_of
+    from apesim.studies.drawing.axes import axes_for, in_house_style  # imports no matplotlib before it draws
 
 
     class LeakTest(Result):
@@ -14,10 +15,9 @@ the class says which numbers come first, and draws where there is something to d
         title: ClassVar[str] = "leak test"
         headline: ClassVar[tuple[str, ...]] = ("leak_area_mm2", "end_pressure")
 
+        @in_house_style
         def plot(self, ax=None):
             '''Pressure over time; returns the axes.'''
-            from apesim.studies.drawing.axes import axes_for  # draws on call only: results import no matplotlib
-
             ax = axes_for(ax)
             ax.plot(self.traces["time"], self.traces["pressure"])
             return ax
