@@ -38,7 +38,8 @@ def test_every_function_is_annotated_and_documented(name):
     for parameter in signature.parameters.values():
         assert parameter.annotation is not inspect.Parameter.empty, parameter
         assert f"\n    {parameter.name} : " in f"\n{function.__doc__}" or parameter.name in function.__doc__
-    for section in ("Parameters", "Returns", "Raises", "Examples"):
+    returned = () if signature.return_annotation in (None, "None") else ("Returns",)
+    for section in ("Parameters", *returned, "Raises", "Examples"):
         assert f"{section}\n    ---" in function.__doc__, section
 
 
