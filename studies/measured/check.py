@@ -119,6 +119,9 @@ class MeasuredCheck:
         from apesim.studies.measured.figures import draw_channel
 
         runs = [number for number, each in enumerate(self.measured.runs) if each.channels]
+        if not runs:
+            right = "draw means over speed by apesim.explain(...).plot()"
+            raise InputError([Fault("plot()", "measured", "has means alone, and no trace to draw", right)])
         found = [finding.run for finding in self.findings if finding.run in runs]
         chosen = [number for number in (*found, *runs) if run in (None, self.measured.runs[number].data)]
         if not chosen or (channel and channel not in self.measured.runs[chosen[0]].channels):

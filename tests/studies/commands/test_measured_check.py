@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from apesim.engine.machine import Machine
+from apesim.quantities import InputError
 from apesim.studies.commands.cli import app
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
@@ -88,3 +89,13 @@ def test_figures_show_what_was_masked(folder, tmp_path):
     axis = check_measured(Machine(), folder).plot(run="SDS2.csv", channel="lift")
     [masked] = [line for line in axis.lines if line.get_label() == "masked"]
     assert masked.get_xdata() == pytest.approx([20.0], abs=0.1)
+
+
+def test_means_alone_are_no_trace_to_draw(tmp_path):
+    run = ['supply = "1.0 MPa gauge"', 'temperature = "287 K"', 'speed = "1000 rpm"', 'torque = "29.4 N m"']
+    angles = ['energise = "-5 deg"', 'release = "70 deg"']
+    (tmp_path / "measured.toml").write_text("\n".join(['bench = "engine"', "[[run]]", *run, *angles]))
+    from apesim.studies.measured.check import check_measured
+
+    with pytest.raises(InputError, match="has means alone, and no trace to draw"):
+        check_measured(Machine(), tmp_path).plot()
