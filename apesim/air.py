@@ -59,7 +59,7 @@ class GasContent(NamedTuple):
 class Ambient(NamedTuple):
     """The surroundings: exhaust, vents, and what flows back through them."""
 
-    pressure: Annotated[float, Pressure(20, 500, "standard atmosphere", unit="kPa")] = 101325.0
+    pressure: Annotated[float, Pressure(20, 500, "standard atmosphere", unit="kPa", show="ambient")] = 101325.0
     temperature: Annotated[float, Quantity("K", 200, 350, "20 °C")] = 293.15
 
 

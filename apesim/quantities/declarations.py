@@ -376,8 +376,8 @@ class Pressure(Quantity):
         The range in `unit`, absolute.
     source, unit, text, optional, typical
         As in `Quantity`.
-    show : {"abs", "gauge"}
-        How it is printed.
+    show : {"abs", "gauge", "ambient"}
+        How it is printed. Gauge pressures stand above the ambient one, which itself is absolute alone.
     """
 
     show: str = "abs"
@@ -407,9 +407,14 @@ class Pressure(Quantity):
         body, _, kind = text.rpartition(" ")
         if kind not in ("gauge", "abs"):
             si_value(raw, text, self.unit)  # an unreadable number or unit comes first
+            if self.show == "ambient":
+                raise InvalidValue(f"{quoted(raw)} does not say abs", f'write "{text} abs"')
             raise InvalidValue(f"{quoted(raw)} says neither gauge nor abs", f'write "{text} gauge" or "{text} abs"')
         if kind == "abs":
             return self.as_said(si_value(raw, body.strip(), self.unit))
+        if self.show == "ambient":
+            wrong = f"{quoted(raw)}: gauge pressures stand above this one, which is absolute"
+            raise InvalidValue(wrong, f'write "{body.strip()} abs"')
         if ambient_pressure is None:
             raise InvalidValue(f"{quoted(raw)}: no ambient pressure is known here to stand above")
         return si_value(raw, body.strip(), self.unit, ambient_pressure)
