@@ -22,6 +22,7 @@ import io
 import json
 import math
 import os
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -59,7 +60,7 @@ CHUNK_BYTES = 2**20
 
 
 def command_line(arguments: Sequence[str]) -> str:
-    """Return the command line for the provenance, from `sys.argv`.
+    """Return the command line for the provenance, from `sys.argv`, as a shell takes it.
 
     Absolute paths shrink to their last part, because they name users.
 
@@ -73,7 +74,7 @@ def command_line(arguments: Sequence[str]) -> str:
                 return flavour(text).name
         return text
 
-    return " ".join("=".join(short(part) for part in argument.split("=")) for argument in arguments)
+    return shlex.join("=".join(short(part) for part in argument.split("=")) for argument in arguments)
 
 
 def write(archive: Archive, path: str | os.PathLike[str]) -> Path:

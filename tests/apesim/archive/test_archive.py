@@ -92,7 +92,7 @@ def test_command_line_names_no_folders():
                 "1:2:3 rpm",
             ]
         )
-        == "apesim run --out=F.h5 m.toml x.h5 1:2:3 rpm"
+        == "apesim run --out=F.h5 m.toml x.h5 '1:2:3 rpm'"
     )
 
 
