@@ -235,6 +235,8 @@ class Cubes:
             for line in layout.lines:
                 label = ", ".join(filter(None, [own, line.label])) or shown.label
                 values = [self._take(name, layout.x, line, frame)[::step] for frame in layout.frames]
+                if not any(np.isfinite(each).any() for each in values):
+                    continue  # an ideal valve has no seating speed
                 lines.append(Line(label, values, look=line.look if len(names) == 1 else len(lines)))
         title, note = _begin(shown.label), _join([*notes, thinned])
         return Curves(

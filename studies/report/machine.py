@@ -1,10 +1,13 @@
 """The machine of an archive on its page: what departs from the default, what is assumed, and the whole text."""
 
+import numpy as np
+
 from apesim.air import THERMALLY_PERFECT
 from apesim.archive import Archive
 from apesim.archive.comparison import machine_differences
 from apesim.engine.effects import library_of
 from apesim.engine.indicators import is_adiabatic
+from apesim.engine.kinematics import swept_volume
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.quantities.settings import dumps
@@ -17,12 +20,46 @@ UNNAMED = ("effects", "effects.files")
 """Keys that are not named: a table of none has no keys; of effects from outside the parameters are named."""
 
 
+SIZES = {
+    "engine.": ("bore", "stroke", "cylinders"),
+    "supply.": ("pressure", "temperature", "control"),
+    "ambient.": ("pressure",),
+}
+"""Keys that the head of a page names, by their sections."""
+
+
 def read_machine(archive: Archive) -> Machine:
     """Read the machine of an archive; the default one where its text is none."""
     try:
         return read_recorded_machine(archive.machine)
     except InputError:
         return Machine()
+
+
+def describe_machine(archive: Archive, kind: str) -> str:
+    """Say in a sentence which engine an archive is of; what was varied is left out, "" for a valve on its bench."""
+    if not archive.machine or not kind.startswith("engine"):
+        return ""
+    machine = read_machine(archive)
+    engine, supply, ambient = machine.engine, machine.supply, machine.ambient.pressure
+    count = int(engine.cylinders)
+    of_each = f"{count} cylinders, each " if count > 1 else "Engine of "
+    control = (
+        "" if np.isnan(supply.control_pressure) else f", control air {(supply.control_pressure - ambient) / 1e6:.4g}"
+    )
+    phrases = {
+        "engine.": f"{of_each}{swept_volume(engine) * 1e6:.4g} cm³ "
+        f"(bore {engine.bore * 1e3:.4g} mm, stroke {engine.stroke * 1e3:.4g} mm)",
+        "supply.": f"supply {(supply.pressure - ambient) / 1e6:.4g}{control} MPa gauge, {supply.temperature:.5g} K",
+        "ambient.": f"surroundings {ambient / 1e3:.5g} kPa abs",
+    }
+    varied = [name for name, variable in archive.variables.items() if len(variable.dims) == 1]
+    said = [
+        text
+        for section, text in phrases.items()
+        if not any(name.startswith(f"{section[:-1]}_{key}") for name in varied for key in SIZES[section])
+    ]
+    return f"{'; '.join(said)}." if said else ""
 
 
 def list_departures(text: str) -> Table | None:

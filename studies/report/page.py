@@ -15,7 +15,7 @@ from apesim.studies.report.assets import read_asset
 from apesim.studies.report.figures.labels import Frames
 from apesim.studies.report.figures.maps import ANCHORS
 from apesim.studies.report.figures.packing import ArrayPool
-from apesim.studies.report.machine import list_assumptions, list_departures
+from apesim.studies.report.machine import describe_machine, list_assumptions, list_departures
 from apesim.studies.report.measured_points import add_measured
 from apesim.studies.report.pages.kinds import BARE, PAGES
 from apesim.studies.report.sections import Content, Figure, Section, Table
@@ -122,6 +122,7 @@ def render_page(result: ArchiveResult, *, digest: str = "", measured: Measured |
         warnings=[*result.failed, *result.warnings, *odd],
         max_warnings=MAX_WARNINGS,
         machine=result.archive.machine,
+        engine=describe_machine(result.archive, kind),
         departures=list_departures(result.archive.machine),
         assumptions=list_assumptions(result.archive.machine),
         provenance=list_provenance(result, digest),

@@ -39,8 +39,15 @@ class Line:
     """Places along the x axis, where the line has its own."""
     look: int = 0
     """Number of colour, dash and marker."""
+    dash: int | None = None
+    """Number of the dash, where it is another: lines of one colour."""
     has_line: bool = True
     """False: points alone, such as measured ones."""
+
+    @property
+    def dash_number(self) -> int:
+        """Place in the list of dashes."""
+        return (self.look if self.dash is None else self.dash) % len(DASHES)
 
 
 @dataclass(frozen=True)
@@ -129,7 +136,7 @@ class Curves:
                     "values": [pool.add(values) for values in line.values],
                     "x": [pool.add(x, is_exact=not line.has_line) for x in line.x] if line.x else None,
                     "colour": line.look % COLOURS,
-                    "dash": line.look % len(DASHES),
+                    "dash": line.dash_number,
                     "marker": line.look,
                     "line": line.has_line,
                 }
@@ -140,7 +147,7 @@ class Curves:
 
 def _stroke(line: Line) -> str:
     """Class and dash of a line."""
-    dash = DASHES[line.look % len(DASHES)]
+    dash = DASHES[line.dash_number]
     return f'class="l k{line.look % COLOURS}"' + (f' stroke-dasharray="{dash}"' if dash else "")
 
 

@@ -60,7 +60,8 @@ def draw_cycle(
             Line(
                 f"{line.label}, {SHORT[name]}" if len(names) > 1 else line.label,
                 [traces[name] * factor for traces in line.traces],
-                look=number if len(names) > 1 else line.look,
+                look=line.look,
+                dash=number if len(names) > 1 else None,
             )
             for number, (line, name) in enumerate(drawn)
         ]

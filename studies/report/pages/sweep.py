@@ -1,6 +1,7 @@
 """The page of a sweep: over the speed, around the cycle, and where the exergy goes."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from apesim.archive.grid import axes_of, places_of
 from apesim.engine.cylinder import INTAKES
 from apesim.studies.archives.archive_result import ArchiveResult
 from apesim.studies.drawing.spread import spread_out
+from apesim.studies.report.figures.curves import Curves
 from apesim.studies.report.figures.labels import Axis, Frames, find_shown_unit, format_number, shorten_name
 from apesim.studies.report.figures.moving import Moving
 from apesim.studies.report.grid import MAX_SAMPLES, Cubes, words_over_runs
@@ -71,6 +73,8 @@ TRACES = (
 """Traces that the page shows."""
 MAX_CYCLES = 5
 """Speeds whose cycles are shown."""
+INCOMPLETE = "warning_opens_partly"
+"""Variable that tells in which runs the valve does not open fully."""
 USUAL_SPEED = 1000.0
 """Speed about which numbers are told first [r/min]."""
 
@@ -150,7 +154,7 @@ def _say_where(archive: Archive, runs: list[tuple[str, int]]) -> str:
 def _summarise(cubes: Cubes) -> str:
     """Say in a sentence or two what the sweep covers and what stands out."""
     archive = cubes.archive
-    torque, air = (archive.variables[name].values for name in MAPPED)
+    torque, air = (_of_real_valves(archive, name) for name in MAPPED)
     speeds = archive.variables["speed_rpm"].values
     span = (
         f"{speeds.min():.5g} to {speeds.max():.5g} r/min" if speeds.min() < speeds.max() else f"{speeds[0]:.5g} r/min"
@@ -169,13 +173,20 @@ def _summarise(cubes: Cubes) -> str:
     return " ".join(parts)
 
 
+def _of_real_valves(archive: Archive, name: str) -> np.ndarray:
+    """Values of a variable over the runs, NaN for the ideal valve: nobody can build one, unless it is all there is."""
+    is_ideal = np.array(words_over_runs(archive, "actuation")) == "ideal"
+    values = archive.variables[name].values
+    return values if is_ideal.all() else np.where(is_ideal, np.nan, values)
+
+
 def _list_facts(cubes: Cubes) -> list[Fact]:
     """Best numbers of all runs, each with where it was found."""
     archive, torque = cubes.archive, cubes.archive.variables["brake_torque_Nm"].values
     facts = []
     for key, label, is_high in BEST:
         variable = archive.variables[key]
-        values = np.where(torque > 0.0, variable.values, np.nan)
+        values = np.where(torque > 0.0, _of_real_valves(archive, key), np.nan)
         if np.isfinite(values).any():
             run = int(np.nanargmax(values) if is_high else np.nanargmin(values))
             factor, unit = find_shown_unit(variable.unit)
@@ -190,13 +201,30 @@ def _draw_over_speed(cubes: Cubes) -> Section | None:
         values = cubes.archive.variables[name].values if name in cubes.archive.variables else np.empty(0)
         is_unbound = name == "specific_air_kg_per_kWh" and np.nanmax(values, initial=0.0) > MAX_SPECIFIC_AIR
         shown = (0.8 * float(np.nanmin(values)), MAX_SPECIFIC_AIR) if is_unbound else None
-        figures.append(cubes.draw(name, as_map=False, range=shown))
-    return _section_of("Over the speed", [figure for figure in figures if figure])
+        figure = cubes.draw(name, as_map=False, range=shown)
+        if is_unbound and isinstance(figure, Curves):
+            figure = replace(figure, note=f"{figure.note}. More than {MAX_SPECIFIC_AIR:g} kg/kWh is not drawn")
+        figures.append(figure)
+    return _section_of("Over the speed", [each for each in figures if each], _say_incomplete(cubes.archive))
 
 
-def _section_of(title: str, figures: Sequence[Figure], *, is_folded: bool = False) -> Section | None:
+def _say_incomplete(archive: Archive) -> str:
+    """Say at which speeds the valve does not open fully, for each actuation; nothing where it always does."""
+    if INCOMPLETE not in archive.variables:
+        return ""
+    is_partly = archive.variables[INCOMPLETE].values > 0
+    actuations = np.array(words_over_runs(archive, "actuation"))
+    parts = []
+    for name in dict.fromkeys(actuations[is_partly]):
+        speeds = np.unique(archive.variables["speed_rpm"].values[is_partly & (actuations == name)])
+        span = f"{speeds[0]:.5g}" if len(speeds) == 1 else f"{speeds[0]:.5g} to {speeds[-1]:.5g}"
+        parts.append(f"{NAMES.get(name, name)} at {span} r/min")
+    return f"The valve does not open fully: {', '.join(parts)}." if parts else ""
+
+
+def _section_of(title: str, figures: Sequence[Figure], note: str = "", *, is_folded: bool = False) -> Section | None:
     """Make a section of figures; None where there are none."""
-    return Section(title, figures, is_folded=is_folded) if figures else None
+    return Section(title, figures, note, is_folded=is_folded) if figures else None
 
 
 def choose_cycles(archive: Archive) -> tuple[dict[str, dict[float, int]], list[float]]:
