@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from apesim.archive import Archive
 from apesim.archive.grid import axes_of, places_of
 from apesim.studies.drawing.conditions import conditions_of
+from apesim.studies.drawing.cycle_order import TRACE_START, order_of_cycle
 from apesim.studies.drawing.files import write_figures
 from apesim.studies.drawing.panels import (
     MAX_SPECIFIC_AIR,
@@ -43,8 +44,6 @@ MARKERS = {"epv": "o", "epv corrected": "s", "cam": "^", "ideal": "D"}
 """Marker of each actuation."""
 HOLLOW: Look = {"ls": "", "ms": 5, "mfc": "white"}
 """Look of points at which the valve does not open fully and close fully in every cycle."""
-TRACE_START = -90.0
-"""Crank angle at which a cycle is drawn from [deg]: before all intakes open, so that none is cut in two."""
 MAX_LINES = 12
 """Lines that one pair of axes holds at most: four actuations at three pressures can still be told apart."""
 WIDE = (9.6, 4.8)
@@ -272,9 +271,7 @@ def plot_cycle(archive: Archive, speed_rpm: float = 1000.0) -> Figure:
     """
     v = archive.variables
 
-    # The cycle from `TRACE_START` on, wherever its rows begin; the last row is the first one, a turn later.
-    order = np.argsort((v["crank_angle"].values[:-1] - TRACE_START) % 360.0, kind="stable")
-    angle = (v["crank_angle"].values[order] - TRACE_START) % 360.0 + TRACE_START
+    order, angle = order_of_cycle(v["crank_angle"].values)
     figure, panels = open_column(3, (7.4, 7.0))
     lift, chambers, cylinder = panels
     at_speed = ""

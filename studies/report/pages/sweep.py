@@ -9,6 +9,7 @@ from apesim.archive import Archive
 from apesim.archive.grid import axes_of, places_of
 from apesim.engine.cylinder import INTAKES
 from apesim.studies.archives.archive_result import ArchiveResult
+from apesim.studies.drawing.cycle_order import order_of_cycle
 from apesim.studies.drawing.spread import spread_out
 from apesim.studies.report.figures.curves import Curves
 from apesim.studies.report.figures.labels import Axis, Frames, find_shown_unit, format_number, shorten_name
@@ -219,7 +220,7 @@ def _say_incomplete(archive: Archive) -> str:
         speeds = np.unique(archive.variables["speed_rpm"].values[is_partly & (actuations == name)])
         span = f"{speeds[0]:.5g}" if len(speeds) == 1 else f"{speeds[0]:.5g} to {speeds[-1]:.5g}"
         parts.append(f"{NAMES.get(name, name)} at {span} r/min")
-    return f"The valve does not open fully: {', '.join(parts)}." if parts else ""
+    return f"The valve does not open fully: {'; '.join(parts)}." if parts else ""
 
 
 def _section_of(title: str, figures: Sequence[Figure], note: str = "", *, is_folded: bool = False) -> Section | None:
@@ -252,14 +253,17 @@ def _draw_cycles(archive: Archive) -> Section | None:
     if "crank_angle" not in archive.variables or not common:
         return None
     speeds = [common[k] for k in spread_out(len(common), MAX_CYCLES)]
-    angles = archive.variables["crank_angle"].values
+    order, angles = order_of_cycle(archive.variables["crank_angle"].values)
     step = max(1, -(-len(angles) // MAX_SAMPLES))
     names = [name for name in TRACES if name in archive.variables]
     lines = {
         name: CycleLine(
             NAMES.get(name, name),
             LOOKS.get(name, number),
-            [{trace: _trace_of(archive, trace, own[speed], name)[::step] for trace in names} for speed in speeds],
+            [
+                {trace: _trace_of(archive, trace, own[speed], name)[order][::step] for trace in names}
+                for speed in speeds
+            ],
         )
         for number, (name, own) in enumerate(runs.items())
     }

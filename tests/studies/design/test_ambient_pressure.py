@@ -18,6 +18,6 @@ from apesim.studies.design.machine_design import design_machine
 )
 @pytest.mark.parametrize("text", ["93 kPa gauge", "93 kPa"])
 def test_it_is_absolute_alone(read, text):
-    with pytest.raises(InputError, match='write "93 kPa abs"$') as caught:
+    with pytest.raises(InputError, match=r'write "93 kPa abs"$') as caught:
         read(text)
     assert "gauge" not in str(caught.value).rpartition("write")[2]
