@@ -78,7 +78,7 @@ for key, style in (("energise", "-"), ("release", "--")):
 axes[2].plot(number, [readings.mean_speed_rpm for readings in turns])
 axes[0].set(ylabel="error [deg]", ylim=(-8.0, 8.0))
 axes[1].set(ylabel="command [deg]")
-axes[2].set(ylabel="speed [r/min]", xlabel="turn")
+axes[2].set(ylabel="speed [r/min]", xlabel="turn [-]")
 axes[2].axvspan(80, TURNS, color="0.93", lw=0)
 axes[2].text(90, 0.08, "0.8 MPa", transform=axes[2].get_xaxis_transform(), ha="center")
 axes[0].legend(loc="upper right", ncols=2)
