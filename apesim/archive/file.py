@@ -62,10 +62,17 @@ CHUNK_BYTES = 2**20
 def command_line(arguments: Sequence[str]) -> str:
     """Return the command line for the provenance, from `sys.argv`, as a shell takes it.
 
-    Absolute paths shrink to their last part, because they name users.
-
     >>> command_line(["/home/me/bin/apesim", "sweep", "--out=/home/me/sweep.h5"])
     'apesim sweep --out=sweep.h5'
+    """
+    return shlex.join(map(shorten_paths, arguments))
+
+
+def shorten_paths(argument: str) -> str:
+    """Shrink absolute paths of an argument to their last part, because they name users.
+
+    >>> shorten_paths("--out=/home/me/sweep.h5")
+    '--out=sweep.h5'
     """
 
     def short(text: str) -> str:
@@ -74,7 +81,7 @@ def command_line(arguments: Sequence[str]) -> str:
                 return flavour(text).name
         return text
 
-    return shlex.join("=".join(short(part) for part in argument.split("=")) for argument in arguments)
+    return "=".join(map(short, argument.split("=")))
 
 
 def write(archive: Archive, path: str | os.PathLike[str]) -> Path:

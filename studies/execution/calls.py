@@ -327,10 +327,10 @@ def call_text(function: Callable[..., Any], arguments: Mapping[str, Any]) -> str
 
 
 def _argument_text(value: Any) -> str:
-    from apesim.archive import command_line
+    from apesim.archive.file import shorten_paths
 
     if isinstance(value, str | PathLike):
-        return repr(command_line([str(value)]))
+        return repr(shorten_paths(str(value)))
     if callable(value):
         return name_of_function(value)
     text = repr(value)
