@@ -1,9 +1,7 @@
 """What is served: the page with its assets, the session behind it, and what it hands on."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
-from importlib.resources import files
 from typing import Any
 
 from starlette.applications import Starlette
@@ -21,12 +19,12 @@ from apesim.studies.explore.corrections import can_correct, correct_commands
 from apesim.studies.explore.frames import encode_text
 from apesim.studies.explore.live_point import ANGLES
 from apesim.studies.explore.reports import Reports, write_report_of
-from apesim.studies.explore.requests import Request, as_faults, parse_request, read_request
+from apesim.studies.explore.requests import MAX_BYTES, Request, as_faults, parse_request, read_request
 from apesim.studies.explore.session import Session, highest_pressure, run_in_thread
 from apesim.studies.explore.sliders import effect_sliders, sliders_of
-from apesim.studies.report.assets import read_asset
+from apesim.studies.report import assets
 
-OWN, SHARED = "explore", "report"
+OWN, SHARED = __package__, assets.__package__
 """Packages whose folder ``assets`` holds a file."""
 ASSETS = {
     "/": (OWN, "explore.html", "text/html"),
@@ -55,8 +53,6 @@ REPORT_HEADERS = HEADERS | {
 """Headers of a report, which stands alone: its scripts and styles are in it."""
 BAD_REQUEST, TOO_LARGE, UNPROCESSABLE = 400, 413, 422
 """Statuses of HTTP for what is no request of ours, is too long, and has values that cannot be."""
-MAX_BODY = 65536
-"""Most bytes of a request, twice what all sliders take."""
 
 
 @dataclass(frozen=True)
@@ -90,19 +86,12 @@ class Page:
         }
 
 
-@lru_cache
-def read_own_asset(name: str) -> str:
-    """Read a file of the folder ``assets`` beside this one."""
-    return files(__package__).joinpath("assets", name).read_text(encoding="utf-8")
-
-
 def make_app(page: Page) -> Starlette:
     """Make the application; who may ask it is decided before, see `apesim.studies.explore.loopback`."""
 
     async def asset(request: HttpRequest) -> Response:
         package, name, kind = ASSETS[request.url.path]
-        text = read_own_asset(name) if package == OWN else read_asset(name)
-        return Response(text, media_type=f"{kind}; charset=utf-8", headers=HEADERS)
+        return Response(assets.read_asset(name, package), media_type=f"{kind}; charset=utf-8", headers=HEADERS)
 
     async def start(_: HttpRequest) -> Response:
         return _json(page.start())
@@ -118,34 +107,22 @@ def make_app(page: Page) -> Starlette:
         except (WebSocketDisconnect, RuntimeError):  # the page went away while it was answered
             return
 
-    async def save(request: HttpRequest) -> Response:
-        asked = await _read_body(page.machine, request)
-        if isinstance(asked, Response):
-            return asked
+    async def save(asked: Request) -> Response:
         text = await run_in_thread(asked.machine.to_toml)
         name = {"Content-Disposition": f'attachment; filename="{FILE}"'}
         return Response(text, media_type="application/toml; charset=utf-8", headers=HEADERS | name)
 
-    async def command(request: HttpRequest) -> Response:
-        asked = await _read_body(page.machine, request)
-        if isinstance(asked, Response):
-            return asked
+    async def command(asked: Request) -> Response:
         text = command_of(asked.machine, asked.speed_text)
         return _json({"command": text, "file": FILE if text.endswith(FILE) else ""})
 
-    async def correct(request: HttpRequest) -> Response:
-        asked = await _read_body(page.machine, request)
-        if isinstance(asked, Response):
-            return asked
+    async def correct(asked: Request) -> Response:
         try:
             return _json({"values": await run_in_thread(correct_commands, asked)})
         except InputError as error:
             return _json({"faults": as_faults(error)}, status=UNPROCESSABLE)
 
-    async def report(request: HttpRequest) -> Response:
-        asked = await _read_body(page.machine, request)
-        if isinstance(asked, Response):
-            return asked
+    async def report(asked: Request) -> Response:
         name = reports.keep(await run_in_thread(write_report_of, asked))
         return _json({"address": f"/report/{name}"})
 
@@ -155,14 +132,20 @@ def make_app(page: Page) -> Starlette:
             return Response("this report is no longer kept\n", status_code=404, headers=HEADERS)
         return Response(text, media_type="text/html; charset=utf-8", headers=REPORT_HEADERS)
 
+    def reading(answer: Callable[[Request], Awaitable[Response]]) -> Callable[[HttpRequest], Awaitable[Response]]:
+        async def endpoint(request: HttpRequest) -> Response:
+            asked = await _read_body(page.machine, request)
+            return asked if isinstance(asked, Response) else await answer(asked)
+
+        return endpoint
+
+    # What the page hands on is asked for by a body, and read in one place; all else is an address alone.
     reports = Reports()
+    answers = {"/machine.toml": save, "/command": command, "/timing": correct, "/report": report}
     routes: list[Any] = [Route(path, asset) for path in ASSETS]
     routes += [
         Route("/start.json", start),
-        Route("/machine.toml", save, methods=["POST"]),
-        Route("/command", command, methods=["POST"]),
-        Route("/timing", correct, methods=["POST"]),
-        Route("/report", report, methods=["POST"]),
+        *(Route(path, reading(answer), methods=["POST"]) for path, answer in answers.items()),
         Route("/report/{name}", show_report),
         WebSocketRoute("/session", session),
     ]
@@ -174,7 +157,7 @@ async def _read_body(base: Machine, request: HttpRequest) -> Request | Response:
     body = b""
     async for part in request.stream():
         body += part
-        if len(body) > MAX_BODY:
+        if len(body) > MAX_BYTES:
             return _json({"faults": []}, status=TOO_LARGE)
     asked = parse_request(body.decode("utf-8", "replace"))
     if asked is None:

@@ -12,6 +12,7 @@ from apesim.quantities import Fault, InputError, Quantity
 from apesim.quantities.arguments import WithUnit
 from apesim.studies.execution.calls import arguments_of, public
 from apesim.studies.explore.loopback import HOST, for_own_pages
+from apesim.studies.explore.requests import MAX_BYTES
 from apesim.studies.run.operating_conditions import SPEED
 
 if TYPE_CHECKING:
@@ -23,8 +24,6 @@ EXTRA, PACKAGES = "explore", ("starlette", "uvicorn", "websockets")
 """Extra of the package that brings what serves the page, and what that is."""
 GRACE = 1
 """Time for which an answer on its way is waited for at the end [s]."""
-MAX_MESSAGE = 65536
-"""Most bytes of a message of the page, twice what all sliders take."""
 
 
 @public
@@ -105,7 +104,7 @@ def make_server(page: "Page", listener: socket.socket) -> Any:
         log_level="error",
         lifespan="off",
         ws="websockets-sansio",  # the other implementation stands on what websockets gives up
-        ws_max_size=MAX_MESSAGE,
+        ws_max_size=MAX_BYTES,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=GRACE,
         server_header=False,

@@ -11,6 +11,8 @@ from apesim.studies.run.operating_conditions import SPEED
 
 MAX_VALUES = 100
 """Most values of a request: more than there are sliders is no page of ours."""
+MAX_BYTES = 65536
+"""Most bytes of a request, twice what all sliders take."""
 MAX_LENGTH = 200
 """Most characters of a value."""
 PAGE = "page"

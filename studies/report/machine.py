@@ -1,7 +1,5 @@
 """The machine of an archive on its page: what departs from the default, what is assumed, and the whole text."""
 
-import numpy as np
-
 from apesim.air import THERMALLY_PERFECT
 from apesim.archive import Archive
 from apesim.archive.comparison import machine_differences
@@ -12,18 +10,18 @@ from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.quantities.settings import dumps
 from apesim.studies.archives.machines import read_recorded_machine
+from apesim.studies.drawing.conditions import UNNAMED
 from apesim.studies.report.sections import Table
+from apesim.studies.run.engine_run import supply_conditions
 
 MAX_VALUE = 80
 """Letters of a value that is written out; a longer one is a table or a curve, which is in the whole text."""
-UNNAMED = ("effects", "effects.files")
-"""Keys that are not named: a table of none has no keys; of effects from outside the parameters are named."""
 
 
 SIZES = {
-    "engine.": ("bore", "stroke", "cylinders"),
-    "supply.": ("pressure", "temperature", "control"),
-    "ambient.": ("pressure",),
+    "engine": ("bore", "stroke", "cylinders"),
+    "supply": ("pressure", "temperature", "control"),
+    "ambient": ("pressure",),
 }
 """Keys that the head of a page names, by their sections."""
 
@@ -41,23 +39,19 @@ def describe_machine(archive: Archive, kind: str) -> str:
     if not archive.machine or not kind.startswith("engine"):
         return ""
     machine = read_machine(archive)
-    engine, supply, ambient = machine.engine, machine.supply, machine.ambient.pressure
-    count = int(engine.cylinders)
+    engine, count = machine.engine, int(machine.engine.cylinders)
     of_each = f"{count} cylinders, each " if count > 1 else "Engine of "
-    control = (
-        "" if np.isnan(supply.control_pressure) else f", control air {(supply.control_pressure - ambient) / 1e6:.4g}"
-    )
     phrases = {
-        "engine.": f"{of_each}{swept_volume(engine) * 1e6:.4g} cm³ "
+        "engine": f"{of_each}{swept_volume(engine) * 1e6:.4g} cm³ "
         f"(bore {engine.bore * 1e3:.4g} mm, stroke {engine.stroke * 1e3:.4g} mm)",
-        "supply.": f"supply {(supply.pressure - ambient) / 1e6:.4g}{control} MPa gauge, {supply.temperature:.5g} K",
-        "ambient.": f"surroundings {ambient / 1e3:.5g} kPa abs",
+        "supply": f"supply {supply_conditions(machine)['supply']}",
+        "ambient": f"surroundings {machine.ambient.pressure / 1e3:.5g} kPa abs",
     }
     varied = [name for name, variable in archive.variables.items() if len(variable.dims) == 1]
     said = [
         text
         for section, text in phrases.items()
-        if not any(name.startswith(f"{section[:-1]}_{key}") for name in varied for key in SIZES[section])
+        if not any(name.startswith(f"{section}_{key}") for name in varied for key in SIZES[section])
     ]
     return f"{'; '.join(said)}." if said else ""
 
